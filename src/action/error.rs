@@ -1,0 +1,112 @@
+//! Why an action could not answer.
+
+use thiserror::Error;
+
+use super::{CameraError, RayError};
+use crate::node::FieldProblem;
+use crate::scene::{ImageError, NodeKey, Path, Position, Scene};
+use crate::terrain::{HeightFieldError, ResolutionsError};
+
+/// Why a shape could not be had.
+#[derive(Debug, Clone, Error)]
+#[non_exhaustive]
+pub enum ShapeError {
+    /// An image is missing or broken.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// An image is no map of heights.
+    #[error("{0}")]
+    HeightField(#[from] HeightFieldError),
+    /// The resolutions do not work.
+    #[error(transparent)]
+    Resolutions(#[from] ResolutionsError),
+    /// A terrain stands where no texture unit carries heights.
+    #[error(
+        "there is no height map on texture unit {unit}: put `TextureUnit(unit: {unit})` and \
+         `Texture2(filename: \"…\")` before the terrain"
+    )]
+    NoHeights {
+        /// The unit that should carry heights.
+        unit: u32,
+    },
+    /// A field has a value that can not be used.
+    #[error("{field}: {message}")]
+    Field {
+        /// Name of the field.
+        field: &'static str,
+        /// What is wrong.
+        message: String,
+    },
+    /// Anything else; for shapes defined elsewhere.
+    #[error("{0}")]
+    Other(String),
+}
+
+impl From<FieldProblem> for ShapeError {
+    fn from(problem: FieldProblem) -> Self {
+        ShapeError::Field { field: problem.field, message: problem.message }
+    }
+}
+
+/// Why an action could not answer, and where in the scene the reason stands.
+#[derive(Debug, Clone, Error)]
+#[non_exhaustive]
+pub enum ActionError {
+    /// A shape could not be had.
+    #[error("{}{error}", at(path, *position))]
+    Shape {
+        /// What is wrong.
+        error: ShapeError,
+        /// The node at fault, from the root.
+        path: Vec<String>,
+        /// Where it was written, if it came from a file.
+        position: Option<Position>,
+    },
+    /// There is no camera to look through.
+    #[error(
+        "the scene has no camera: put a PerspectiveCamera or OrthographicCamera before the shapes, for example \
+         `PerspectiveCamera()`, which sees all of the scene"
+    )]
+    NoCamera,
+    /// No camera has the name asked for.
+    #[error("there is no camera named \"{name}\"; {known}")]
+    UnknownCamera {
+        /// The name.
+        name: String,
+        /// What cameras there are.
+        known: String,
+    },
+    /// The camera can not be used.
+    #[error("{}{error}", at(path, None))]
+    Camera {
+        /// What is wrong.
+        error: CameraError,
+        /// The camera, from the root.
+        path: Vec<String>,
+    },
+    /// The ray is none.
+    #[error(transparent)]
+    Ray(#[from] RayError),
+    /// The picture has no pixels.
+    #[error("a picture of {0} × {1} pixels can not be: both have to be at least 1")]
+    Viewport(u32, u32),
+    /// The graph is nested too deep to be walked.
+    #[error("the scene is nested deeper than {limit} levels", limit = super::walk::MAX_DEPTH)]
+    TooDeep,
+}
+
+fn at(path: &[String], position: Option<Position>) -> String {
+    let mut text = position.map_or_else(String::new, |p| format!("{p}: "));
+    if !path.is_empty() {
+        text.push_str(&path.join("/"));
+        text.push_str(": ");
+    }
+    text
+}
+
+impl ActionError {
+    pub(crate) fn shape(error: ShapeError, scene: &Scene, path: &Path, culprit: Option<NodeKey>) -> Self {
+        let position = culprit.or_else(|| path.tail()).and_then(|key| scene.position(key));
+        ActionError::Shape { error, path: path.names(scene), position }
+    }
+}

@@ -1,0 +1,32 @@
+//! Actions: what can be asked of a scene. Each is a plain struct with public settings and an `apply`.
+//!
+//! Actions borrow the scene shared; several threads may ask at once. All of them walk the graph with the one walk of
+//! [`walk`], which keeps the [`State`].
+
+mod aabb;
+mod bounding_box;
+mod camera;
+mod error;
+mod frame;
+mod ray;
+mod ray_pick;
+mod render;
+mod search;
+mod state;
+mod viewpoint;
+pub mod walk;
+
+pub use aabb::Aabb;
+pub use bounding_box::BoundingBoxAction;
+pub use camera::{CameraError, PlacedCamera};
+pub use error::{ActionError, ShapeError};
+pub use frame::{
+    ColorMap, DebugColor, Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh, Statistics, SurfaceMaterial,
+    TerrainDraw, linear_color, linear_from_srgb,
+};
+pub use ray::{Ray, RayError, intersect_triangle};
+pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
+pub use render::{DrawContext, DrawOptions, RenderAction};
+pub use search::SearchAction;
+pub use state::{PlacedLight, Program, PropertyContext, ShapeContext, State, TextureBinding, TextureSource};
+pub use viewpoint::{Lens, Viewpoint};

@@ -1,0 +1,135 @@
+//! Rays and their meeting with triangles, in f64.
+
+use glam::{DAffine3, DVec2, DVec3};
+use thiserror::Error;
+
+use crate::node::{HitDetail, ShapeHit, Triangle};
+
+/// Six numbers that are no ray.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum RayError {
+    /// A coordinate is NaN or infinite.
+    #[error("the ray has a coordinate that is not a finite number: origin {origin}, direction {direction}")]
+    NotFinite {
+        /// The origin given.
+        origin: DVec3,
+        /// The direction given.
+        direction: DVec3,
+    },
+    /// The direction has no length.
+    #[error("the ray's direction is zero: it points nowhere")]
+    NoDirection,
+    /// Near and far do not make a range.
+    #[error("the ray's range {near}..{far} is empty: near has to be from 0 up, and not more than far")]
+    Range {
+        /// Start of the range.
+        near: f64,
+        /// End of the range.
+        far: f64,
+    },
+}
+
+/// A half-line with a range of its parameter: points `origin + t · direction`, `near <= t <= far`.
+///
+/// The direction need not be of unit length; `t` counts in its length. A ray taken into other coordinates keeps its `t`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ray {
+    /// Where t = 0 is.
+    pub origin: DVec3,
+    /// Where it goes; any length but zero.
+    pub direction: DVec3,
+    /// Smallest t, from 0 up.
+    pub near: f64,
+    /// Largest t; may be infinite.
+    pub far: f64,
+}
+
+impl Ray {
+    /// A half-line from `origin` on.
+    ///
+    /// # Errors
+    ///
+    /// When a coordinate is NaN or infinite or the direction is zero.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use seamount::action::{Ray, RayError};
+    ///
+    /// assert!(Ray::new(DVec3::ZERO, DVec3::NEG_Z).is_ok());
+    /// assert_eq!(Ray::new(DVec3::ZERO, DVec3::ZERO), Err(RayError::NoDirection));
+    /// ```
+    pub fn new(origin: DVec3, direction: DVec3) -> Result<Self, RayError> {
+        if !origin.is_finite() || !direction.is_finite() {
+            return Err(RayError::NotFinite { origin, direction });
+        }
+        if direction == DVec3::ZERO {
+            return Err(RayError::NoDirection);
+        }
+        // Scaling by a power of two is exact; it keeps squares of tiny and huge directions in range.
+        let exponent = direction.abs().max_element().log2().floor();
+        let direction = direction * (-exponent).exp2();
+        Ok(Self { origin, direction: direction.normalize(), near: 0.0, far: f64::INFINITY })
+    }
+
+    /// The same ray with a range of distances.
+    ///
+    /// # Errors
+    ///
+    /// [`RayError::Range`] when it is empty, starts before the origin, or is NaN.
+    pub fn with_range(self, near: f64, far: f64) -> Result<Self, RayError> {
+        if near >= 0.0 && near.is_finite() && near <= far {
+            Ok(Self { near, far, ..self })
+        } else {
+            Err(RayError::Range { near, far })
+        }
+    }
+
+    /// The point at parameter t.
+    #[must_use]
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.direction * t
+    }
+
+    /// The same ray in other coordinates; t keeps its meaning.
+    #[must_use]
+    pub fn transformed(&self, map: &DAffine3) -> Self {
+        Self { origin: map.transform_point3(self.origin), direction: map.transform_vector3(self.direction), ..*self }
+    }
+}
+
+/// Where a ray meets a triangle, its edges and corners included, from both sides. A ray in the triangle's plane misses.
+///
+/// After Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013): the corners are sheared so that the
+/// ray is the z axis; the signs of the three edge functions then decide, and neighbours that share an edge compute the same
+/// value for it.
+#[must_use]
+pub fn intersect_triangle(ray: &Ray, triangle: &Triangle) -> Option<ShapeHit> {
+    let d = ray.direction;
+    let a = d.abs();
+    // The axis that the ray follows most becomes z.
+    let z = if a.x >= a.y && a.x >= a.z { 0 } else { usize::from(a.y >= a.z) + 2 * usize::from(a.y < a.z) };
+    let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+    let [p0, p1, p2] = triangle.points.map(|p| {
+        let p = p - ray.origin;
+        let depth = p[z] / d[z];
+        DVec3::new(p[x] - d[x] * depth, p[y] - d[y] * depth, depth)
+    });
+    let edge = |a: DVec3, b: DVec3| a.x * b.y - a.y * b.x;
+    let (u, v, w) = (edge(p1, p2), edge(p2, p0), edge(p0, p1));
+    if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+        return None;
+    }
+    let sum = u + v + w;
+    if sum == 0.0 {
+        return None;
+    }
+    let (u, v, w) = (u / sum, v / sum, w / sum);
+    let t = u * p0.z + v * p1.z + w * p2.z;
+    if !(t >= ray.near && t <= ray.far) {
+        return None;
+    }
+    let mix3 = |a: [DVec3; 3]| a[0] * u + a[1] * v + a[2] * w;
+    let uv: DVec2 = triangle.uvs[0] * u + triangle.uvs[1] * v + triangle.uvs[2] * w;
+    Some(ShapeHit { t, point: mix3(triangle.points), normal: mix3(triangle.normals), uv, detail: HitDetail::None })
+}

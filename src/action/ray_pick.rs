@@ -1,0 +1,259 @@
+//! Where a ray meets the scene.
+
+use std::ops::ControlFlow;
+
+use glam::{DAffine3, DVec2, DVec3};
+
+use super::camera::unit;
+use super::render::find_camera;
+use super::walk::{Visitor, walk};
+use super::{ActionError, Lens, Ray, RenderAction, ShapeContext, State, Viewpoint};
+use crate::node::{HitDetail, ShapeHit, ShapeNode};
+use crate::scene::{Path, Scene};
+
+/// What to pick along.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PickTarget {
+    /// The ray through a point of the picture in pixels from the top left corner: pixel (x, y) has its centre at
+    /// (x + 0.5, y + 0.5).
+    Pixel(f64, f64),
+    /// The ray through a point of the picture, (0, 0) top left to (1, 1) bottom right.
+    Point(f64, f64),
+    /// A ray in world coordinates.
+    Ray(Ray),
+}
+
+/// Which surface of a shape was hit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Surface {
+    /// Four coarse triangles per active patch of a terrain.
+    Coarse,
+    /// The shape itself.
+    Exact,
+}
+
+impl Surface {
+    /// The name, as the command prints it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Surface::Coarse => "coarse",
+            Surface::Exact => "exact",
+        }
+    }
+}
+
+/// A place where the ray meets the scene. World coordinates and distances are in units of the scene, all in f64.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PickedPoint {
+    /// The point in world coordinates.
+    pub point: DVec3,
+    /// Distance from the ray's origin.
+    pub distance: f64,
+    /// Unit normal in world coordinates (by the inverse transpose of the transform).
+    pub normal: DVec3,
+    /// The point in the shape's local coordinates.
+    pub object_point: DVec3,
+    /// Unit normal in the shape's local coordinates.
+    pub object_normal: DVec3,
+    /// Texture coordinate; (0, 0) is the south-west corner of a terrain.
+    pub uv: DVec2,
+    /// The way to the shape.
+    pub path: Path,
+    /// Which surface was hit.
+    pub surface: Surface,
+    /// How far the picked surface may be from the full-resolution one here, along the shape's own z, in world units. `None`:
+    /// not known.
+    pub error_bound: Option<f64>,
+    /// What only this kind of shape can say.
+    pub detail: HitDetail,
+}
+
+/// Finds where a ray meets the shapes of a scene.
+///
+/// A terrain is met on the four coarse triangles of each of its active patches, those of the picture that the camera
+/// takes; without a camera, of its finest patches. What is outside the picture is picked as well. No GPU is used.
+///
+/// # Example
+///
+/// ```
+/// use seamount::prelude::*;
+///
+/// let mut scene = Scene::new();
+/// let root = scene.root();
+/// scene.add(root, Cube::default())?;
+/// let down = Ray::new(DVec3::new(0.5, 0.5, 10.0), DVec3::NEG_Z)?;
+/// let hits = RayPickAction::ray(down).apply(&scene)?;
+/// assert_eq!(hits[0].point, DVec3::new(0.5, 0.5, 1.0));
+/// assert_eq!((hits[0].distance, hits[0].normal), (9.0, DVec3::Z));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct RayPickAction {
+    /// What to pick along.
+    pub target: PickTarget,
+    /// All crossings in order of distance, instead of the first.
+    pub all: bool,
+    /// Width and height of the picture that pixels refer to and detail is chosen for.
+    pub size: [u32; 2],
+    /// Name of the camera; the first one if not given.
+    pub camera: Option<String>,
+}
+
+impl RayPickAction {
+    /// The first hit along a ray in world coordinates.
+    #[must_use]
+    pub fn ray(ray: Ray) -> Self {
+        Self { target: PickTarget::Ray(ray), all: false, size: [1280, 720], camera: None }
+    }
+
+    /// The first hit through the centre of a pixel of a picture of this size.
+    #[must_use]
+    pub fn pixel(x: u32, y: u32, size: [u32; 2]) -> Self {
+        let target = PickTarget::Pixel(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        Self { target, all: false, size, camera: None }
+    }
+
+    /// What the ray meets, nearest first; empty if nothing.
+    ///
+    /// # Errors
+    ///
+    /// When the ray is none, a picture is asked for without a camera, or a shape can not be had.
+    pub fn apply(&self, scene: &Scene) -> Result<Vec<PickedPoint>, ActionError> {
+        let picker = self.picker(scene)?;
+        let ray = match self.target {
+            PickTarget::Ray(ray) => ray,
+            PickTarget::Pixel(x, y) => picker.ray_through(x / f64::from(self.size[0]), y / f64::from(self.size[1]))?,
+            PickTarget::Point(x, y) => picker.ray_through(x, y)?,
+        };
+        picker.pick(&ray, self.all)
+    }
+
+    /// Everything that many picks of one scene have in common, found once.
+    ///
+    /// # Errors
+    ///
+    /// When the camera can not be used, or a shape that near and far depend on can not be had.
+    pub fn picker<'s>(&self, scene: &'s Scene) -> Result<Picker<'s>, ActionError> {
+        let render = RenderAction { size: self.size, camera: self.camera.clone(), ..RenderAction::new(1, 1) };
+        let (viewpoint, limits) = match render.viewpoint(scene) {
+            Ok(view) => {
+                let fields = find_camera(scene, self.camera.as_deref())?.fields;
+                (Some(view), (fields.near_distance, fields.far_distance))
+            }
+            Err(ActionError::NoCamera) => (None, (None, None)),
+            Err(error) => return Err(error),
+        };
+        Ok(Picker { scene, viewpoint, limits })
+    }
+}
+
+/// Picks in one scene through one camera; see [`RayPickAction::picker`].
+#[derive(Debug)]
+pub struct Picker<'s> {
+    scene: &'s Scene,
+    viewpoint: Option<Viewpoint>,
+    /// Near and far as the camera's node gives them.
+    limits: (Option<f64>, Option<f64>),
+}
+
+impl Picker<'_> {
+    /// The view, if the scene has a camera.
+    #[must_use]
+    pub fn viewpoint(&self) -> Option<&Viewpoint> {
+        self.viewpoint.as_ref()
+    }
+
+    /// The ray through a point of the picture, (0, 0) top left to (1, 1) bottom right, between the camera's near and far
+    /// planes where it has such.
+    ///
+    /// # Errors
+    ///
+    /// Without a camera, or for coordinates that are not finite.
+    pub fn ray_through(&self, x: f64, y: f64) -> Result<Ray, ActionError> {
+        let view = self.viewpoint.as_ref().ok_or(ActionError::NoCamera)?;
+        let (origin, direction) = view.ray(x, y);
+        let ray = Ray::new(origin, direction)?;
+        // Planes lie across the view; distances along the ray are longer.
+        let slant = match view.lens {
+            Lens::Perspective { .. } => ray.direction.dot(view.forward),
+            Lens::Orthographic { .. } => 1.0,
+        };
+        let near = self.limits.0.map_or(0.0, |near| near / slant);
+        let far = self.limits.1.map_or(f64::INFINITY, |far| far / slant);
+        Ok(ray.with_range(near, far)?)
+    }
+
+    /// What the ray meets, nearest first: the first, or all.
+    ///
+    /// # Errors
+    ///
+    /// When a shape can not be had.
+    pub fn pick(&self, ray: &Ray, all: bool) -> Result<Vec<PickedPoint>, ActionError> {
+        let mut pick = Pick { picker: self, ray: *ray, all, local: Vec::new(), found: Vec::new() };
+        walk(self.scene, &mut pick)?;
+        let mut found = pick.found;
+        found.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        if !all {
+            found.truncate(1);
+        }
+        Ok(found)
+    }
+}
+
+struct Pick<'p, 's> {
+    picker: &'p Picker<'s>,
+    ray: Ray,
+    all: bool,
+    local: Vec<ShapeHit>,
+    found: Vec<PickedPoint>,
+}
+
+impl Visitor for Pick<'_, '_> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
+        let cx = ShapeContext { scene: self.picker.scene, state, path, viewpoint: self.picker.viewpoint.as_ref() };
+        // A shape flattened by its transform has no inside to meet.
+        let det = state.model.matrix3.determinant();
+        let inverse = state.model.matrix3.inverse();
+        if det == 0.0 || !inverse.is_finite() {
+            return Ok(ControlFlow::Continue(()));
+        }
+        // The translation is subtracted first: far from the origin the digits are there.
+        let local = Ray {
+            origin: inverse * (self.ray.origin - state.model.translation),
+            direction: inverse * self.ray.direction,
+            ..self.ray
+        };
+        self.local.clear();
+        shape.ray(&cx, &local, !self.all, &mut self.local).map_err(|e| cx.error(e))?;
+        for hit in &self.local {
+            self.found.push(picked(hit, &state.model, path));
+        }
+        if !self.all
+            && let Some(nearest) = self.found.iter().map(|p| p.distance).min_by(f64::total_cmp)
+        {
+            self.ray.far = self.ray.far.min(nearest);
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+}
+
+fn picked(hit: &ShapeHit, model: &DAffine3, path: &Path) -> PickedPoint {
+    let normals = super::state::normal_matrix(&model.matrix3);
+    let (surface, error_bound) = match hit.detail {
+        HitDetail::Terrain(detail) => (Surface::Coarse, Some(detail.error * model.matrix3.z_axis.length())),
+        _ => (Surface::Exact, Some(0.0)),
+    };
+    PickedPoint {
+        point: model.transform_point3(hit.point),
+        distance: hit.t,
+        normal: unit(normals * hit.normal).unwrap_or(DVec3::Z),
+        object_point: hit.point,
+        object_normal: unit(hit.normal).unwrap_or(DVec3::Z),
+        uv: hit.uv,
+        path: path.clone(),
+        surface,
+        error_bound,
+        detail: hit.detail,
+    }
+}

@@ -1,0 +1,312 @@
+//! From a scene and a camera to a [`Frame`]: everything about a picture but the pixels.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat4, DVec3, Mat3, Vec3};
+
+use super::frame::{
+    Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh, Statistics, SurfaceMaterial, relative,
+};
+use super::state::{compose, normal_matrix};
+use super::walk::{Visitor, walk};
+use super::{
+    ActionError, BoundingBoxAction, DebugColor, Lens, PlacedCamera, PlacedLight, ShapeContext, ShapeError, State,
+    Viewpoint,
+};
+use crate::node::{Color, ShapeNode, Triangle};
+use crate::scene::{Path, Scene};
+use crate::terrain::Frustum;
+
+/// Ambient light where there is any other light: Open Inventor's default Environment, white of intensity 0.2.
+const AMBIENT: f32 = 0.2;
+
+/// Makes the [`Frame`] of a picture. Uses no GPU.
+///
+/// # Example
+///
+/// ```
+/// use seamount::prelude::*;
+///
+/// let mut scene = Scene::new();
+/// let root = scene.root();
+/// scene.add(root, PerspectiveCamera::default())?;
+/// scene.add(root, Cube::default())?;
+/// let frame = RenderAction::new(640, 480).apply(&scene)?;
+/// assert_eq!((frame.draws.len(), frame.statistics.triangles), (1, 12));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct RenderAction {
+    /// Width and height of the picture in pixels, each at least 1.
+    pub size: [u32; 2],
+    /// Name of the camera; the first one if not given.
+    pub camera: Option<String>,
+    /// Colour where nothing is drawn.
+    pub background: Color,
+}
+
+impl RenderAction {
+    /// A picture of this size through the first camera, black where nothing is.
+    #[must_use]
+    pub fn new(width: u32, height: u32) -> Self {
+        Self { size: [width, height], camera: None, background: Color::BLACK }
+    }
+
+    /// The view that the picture is taken from.
+    ///
+    /// # Errors
+    ///
+    /// When there is no such camera, it can not be used, or a shape that near and far depend on can not be had.
+    pub fn viewpoint(&self, scene: &Scene) -> Result<Viewpoint, ActionError> {
+        let [width, height] = self.size;
+        if width == 0 || height == 0 {
+            return Err(ActionError::Viewport(width, height));
+        }
+        let camera = find_camera(scene, self.camera.as_deref())?;
+        let bounds = BoundingBoxAction::default().apply(scene)?;
+        camera
+            .viewpoint(f64::from(width) / f64::from(height), bounds)
+            .map_err(|error| ActionError::Camera { error, path: camera.path.names(scene) })
+    }
+
+    /// The frame.
+    ///
+    /// # Errors
+    ///
+    /// As for [`RenderAction::viewpoint`], and when a shape can not be had.
+    pub fn apply(&self, scene: &Scene) -> Result<Frame, ActionError> {
+        let view = self.viewpoint(scene)?;
+        let mut render = Render { scene, view, size: self.size, draws: Vec::new(), statistics: Statistics::default() };
+        walk(scene, &mut render)?;
+        let Render { draws, mut statistics, .. } = render;
+        statistics.draw_calls = draws.iter().map(Draw::calls).sum();
+        statistics.triangles = draws.iter().map(Draw::triangles).sum();
+        Ok(Frame { size: self.size, background: self.background.linear(), draws, statistics })
+    }
+}
+
+impl Draw {
+    /// Draw calls that it takes.
+    #[must_use]
+    pub fn calls(&self) -> u32 {
+        match &self.geometry {
+            Geometry::Terrain(terrain) => terrain.instances.ranges().len() as u32,
+            Geometry::Mesh(_) => 1,
+        }
+    }
+
+    /// Triangles that it draws.
+    #[must_use]
+    pub fn triangles(&self) -> u64 {
+        match &self.geometry {
+            Geometry::Terrain(terrain) => terrain.instances.triangles(),
+            Geometry::Mesh(mesh) => mesh.triangles.len() as u64,
+        }
+    }
+}
+
+/// The first camera, or the one with this name.
+pub(super) fn find_camera(scene: &Scene, name: Option<&str>) -> Result<Arc<PlacedCamera>, ActionError> {
+    struct Find<'s> {
+        scene: &'s Scene,
+        name: Option<&'s str>,
+        found: Option<Arc<PlacedCamera>>,
+        seen: Vec<String>,
+        last: *const PlacedCamera,
+    }
+    impl Find<'_> {
+        fn look(&mut self, state: &State) {
+            let Some(camera) = &state.camera else { return };
+            if self.last == Arc::as_ptr(camera) || self.found.is_some() {
+                return;
+            }
+            self.last = Arc::as_ptr(camera);
+            let name = self.scene.name(camera.key);
+            self.seen.extend(name.map(str::to_owned));
+            if self.name.is_none() || self.name == name {
+                self.found = Some(Arc::clone(camera));
+            }
+        }
+    }
+    impl Visitor for Find<'_> {
+        fn enter(&mut self, _: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
+            self.look(state);
+            Ok(if self.found.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+        }
+        fn leave(&mut self, _: &Path, state: &State) {
+            self.look(state);
+        }
+    }
+    let mut find = Find { scene, name, found: None, seen: Vec::new(), last: std::ptr::null() };
+    walk(scene, &mut find)?;
+    find.found.ok_or_else(|| match name {
+        None => ActionError::NoCamera,
+        Some(name) => ActionError::UnknownCamera {
+            name: name.to_owned(),
+            known: if find.seen.is_empty() {
+                "no camera of this scene has a name: give it one with Def(\"name\", …)".to_owned()
+            } else {
+                format!("the cameras' names are {}", find.seen.join(", "))
+            },
+        },
+    })
+}
+
+struct Render<'s> {
+    scene: &'s Scene,
+    view: Viewpoint,
+    size: [u32; 2],
+    draws: Vec<Draw>,
+    statistics: Statistics,
+}
+
+impl Visitor for Render<'_> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
+        // A camera acts on what follows it.
+        if state.camera.is_some() {
+            let shape_cx = ShapeContext { scene: self.scene, state, path, viewpoint: Some(&self.view) };
+            let mut cx = DrawContext {
+                shape: shape_cx,
+                view: &self.view,
+                size: self.size,
+                draws: &mut self.draws,
+                statistics: &mut self.statistics,
+            };
+            shape.draw(&mut cx).map_err(|e| shape_cx.error(e))?;
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+}
+
+/// What a shape is given to draw itself.
+#[derive(Debug)]
+pub struct DrawContext<'a> {
+    /// Scene, state and path.
+    pub shape: ShapeContext<'a>,
+    /// The camera.
+    pub view: &'a Viewpoint,
+    /// Width and height of the picture in pixels.
+    pub size: [u32; 2],
+    draws: &'a mut Vec<Draw>,
+    /// Counts to add to.
+    pub statistics: &'a mut Statistics,
+}
+
+impl DrawContext<'_> {
+    /// From local coordinates (of the shape) to world axes with the origin at the eye.
+    #[must_use]
+    pub fn eye_from_local(&self) -> DAffine3 {
+        let model = self.shape.state.model;
+        DAffine3 { matrix3: model.matrix3, translation: model.translation - self.view.eye }
+    }
+
+    /// What is in view, in local coordinates.
+    #[must_use]
+    pub fn local_frustum(&self) -> Frustum {
+        self.view.frustum().pulled_back(&self.eye_from_local())
+    }
+
+    /// Adds a draw. `local_from_rel` takes the coordinates that the geometry is given in to local ones; its products with
+    /// model and view are made in f64 and rounded once. The anchor's translation should be small against the eye's
+    /// distance; see [`TerrainDraw::anchor`](super::TerrainDraw::anchor).
+    pub fn draw(&mut self, geometry: Geometry, local_from_rel: &DAffine3, options: DrawOptions) {
+        let state = self.shape.state;
+        let eye_from_rel = compose(&self.eye_from_local(), local_from_rel);
+        let unlit = options.debug_color != DebugColor::Plain && !options.lit;
+        let lights: Arc<[FrameLight]> = if unlit {
+            Arc::default()
+        } else {
+            state.lights.iter().map(|light| place_light(light, self.view.eye)).collect()
+        };
+        let count = |f: fn(&FrameLight) -> bool| lights.iter().filter(|l| f(l)).count().min(255) as u8;
+        let lit = !lights.is_empty();
+        let m = &state.material;
+        let material = SurfaceMaterial {
+            ambient: m.ambient_color.linear(),
+            diffuse: m.diffuse_color.linear(),
+            specular: m.specular_color.linear(),
+            emissive: m.emissive_color.linear(),
+            shininess: m.shininess,
+        };
+        let effects = Effects {
+            geometry: options.kind,
+            directional_lights: count(|l| matches!(l, FrameLight::Directional { .. })),
+            point_lights: count(|l| matches!(l, FrameLight::Point { .. })),
+            specular: lit && material.specular != Vec3::ZERO,
+            color_map: options.color_map,
+            debug_color: options.debug_color,
+            ambient: lit && material.ambient != Vec3::ZERO,
+            emissive: lit && material.emissive != Vec3::ZERO,
+        };
+        let clip_from_rel = self.view.clip_from_eye() * DMat4::from(eye_from_rel);
+        let towards_eye = match self.view.lens {
+            Lens::Perspective { .. } => None,
+            Lens::Orthographic { .. } => Some((-self.view.forward).as_vec3()),
+        };
+        self.draws.push(Draw {
+            effects,
+            geometry,
+            clip_from_rel: clip_from_rel.as_mat4(),
+            eye_from_rel: DMat4::from(eye_from_rel).as_mat4(),
+            normal_from_rel: Mat3::from_cols_array(
+                &normal_matrix(&eye_from_rel.matrix3).to_cols_array().map(|x| x as f32),
+            ),
+            mirrored: eye_from_rel.matrix3.determinant() < 0.0,
+            material,
+            lights,
+            ambient: if lit { Vec3::splat(AMBIENT) } else { Vec3::ZERO },
+            towards_eye,
+        });
+    }
+
+    /// Draws triangles as a mesh: what a shape does that knows nothing better.
+    ///
+    /// # Errors
+    ///
+    /// What `primitives` returns.
+    pub fn draw_primitives(
+        &mut self,
+        _kind: &'static str,
+        primitives: impl FnOnce(&ShapeContext<'_>, &mut dyn FnMut(Triangle)) -> Result<(), ShapeError>,
+    ) -> Result<(), ShapeError> {
+        let mut triangles: Vec<Triangle> = Vec::new();
+        primitives(&self.shape, &mut |t| triangles.push(t))?;
+        let Some(first) = triangles.first() else {
+            return Ok(());
+        };
+        // Relative to a corner, so that a mesh with large local coordinates keeps its digits.
+        let anchor = first.points[0];
+        let mut mesh = Mesh { positions: Vec::new(), normals: Vec::new(), triangles: Vec::new() };
+        for t in &triangles {
+            let start = mesh.positions.len() as u32;
+            mesh.positions.extend(t.points.map(|p| relative(p, anchor)));
+            mesh.normals.extend(t.normals.map(DVec3::as_vec3));
+            mesh.triangles.push([start, start + 1, start + 2]);
+        }
+        let options =
+            DrawOptions { kind: GeometryKind::Mesh, color_map: false, debug_color: DebugColor::Plain, lit: true };
+        self.draw(Geometry::Mesh(Arc::new(mesh)), &DAffine3::from_translation(anchor), options);
+        Ok(())
+    }
+}
+
+/// What decides the effects of a draw beside the State.
+#[derive(Debug, Clone, Copy)]
+pub struct DrawOptions {
+    /// Which vertex stage.
+    pub kind: GeometryKind,
+    /// Whether a colour map is bound.
+    pub color_map: bool,
+    /// Colours for study.
+    pub debug_color: DebugColor,
+    /// Whether colours for study are lit.
+    pub lit: bool,
+}
+
+fn place_light(light: &PlacedLight, eye: DVec3) -> FrameLight {
+    match *light {
+        PlacedLight::Directional { towards, color } => FrameLight::Directional { towards: towards.as_vec3(), color },
+        PlacedLight::Point { position, color } => FrameLight::Point { position: relative(position, eye), color },
+    }
+}

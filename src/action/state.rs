@@ -1,0 +1,207 @@
+//! What a walk knows at a point of the graph: the sum of the properties before it.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+use super::{ActionError, PlacedCamera, ShapeError, Viewpoint};
+use crate::node::{Complexity, Material};
+use crate::scene::{Image, NodeKey, Path, Scene};
+
+/// The properties in force at a point of a walk.
+#[derive(Debug, Clone)]
+pub struct State {
+    /// From local to world coordinates.
+    pub model: DAffine3,
+    /// The material.
+    pub material: Material,
+    /// Lights in world coordinates, in the order of the walk.
+    pub lights: Arc<Vec<PlacedLight>>,
+    /// Detail and texture quality.
+    pub complexity: Complexity,
+    /// The current texture unit.
+    pub unit: u32,
+    /// Textures by unit.
+    pub textures: Arc<Vec<TextureBinding>>,
+    /// Which unit carries what.
+    pub program: Program,
+    /// The camera met last.
+    pub camera: Option<Arc<PlacedCamera>>,
+}
+
+impl Default for State {
+    fn default() -> Self {
+        Self {
+            model: DAffine3::IDENTITY,
+            material: Material::default(),
+            lights: Arc::default(),
+            complexity: Complexity::default(),
+            unit: 0,
+            textures: Arc::default(),
+            program: Program::default(),
+            camera: None,
+        }
+    }
+}
+
+impl State {
+    /// Local coordinates become those that `map` takes to the present ones.
+    pub fn transform(&mut self, map: &DAffine3) {
+        self.model = compose(&self.model, map);
+    }
+
+    /// [`State::transform`] by a translation.
+    pub fn translate(&mut self, by: DVec3) {
+        self.model.translation += self.model.matrix3 * by;
+    }
+
+    pub(crate) fn set_texture(&mut self, source: Option<TextureSource>, node: NodeKey) {
+        let unit = self.unit;
+        let textures = Arc::make_mut(&mut self.textures);
+        textures.retain(|t| t.unit != unit);
+        if let Some(source) = source {
+            textures.push(TextureBinding { unit, source, node });
+        }
+    }
+
+    /// The texture on a unit.
+    #[must_use]
+    pub fn texture(&self, unit: u32) -> Option<&TextureBinding> {
+        self.textures.iter().find(|t| t.unit == unit)
+    }
+}
+
+/// `outer · inner` in f64.
+#[must_use]
+pub(crate) fn compose(outer: &DAffine3, inner: &DAffine3) -> DAffine3 {
+    DAffine3 {
+        matrix3: outer.matrix3 * inner.matrix3,
+        translation: outer.matrix3 * inner.translation + outer.translation,
+    }
+}
+
+/// The inverse transpose of a linear map up to a positive factor, with entries of about 1: takes normals where `m` takes
+/// points. Made from cross products, so it exists (as the limit) for singular maps too.
+#[must_use]
+pub(crate) fn normal_matrix(m: &DMat3) -> DMat3 {
+    // The columns of the cofactor matrix are the cross products of the columns; cofactor = det · inverse transpose.
+    let scale = m.x_axis.abs().max_element().max(m.y_axis.abs().max_element()).max(m.z_axis.abs().max_element());
+    let scale = if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
+    let (x, y, z) = (m.x_axis / scale, m.y_axis / scale, m.z_axis / scale);
+    let cofactor = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+    let largest = cofactor
+        .x_axis
+        .abs()
+        .max_element()
+        .max(cofactor.y_axis.abs().max_element())
+        .max(cofactor.z_axis.abs().max_element());
+    if largest > 0.0 { cofactor * (sign / largest) } else { cofactor }
+}
+
+/// A light in world coordinates, its colour in linear light times its intensity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PlacedLight {
+    /// Parallel light.
+    Directional {
+        /// Unit vector towards the light.
+        towards: DVec3,
+        /// Colour times intensity.
+        color: Vec3,
+    },
+    /// Light from a point.
+    Point {
+        /// Where it stands.
+        position: DVec3,
+        /// Colour times intensity.
+        color: Vec3,
+    },
+}
+
+/// Which texture unit carries what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Program {
+    /// The unit with heights.
+    pub height_unit: u32,
+    /// The unit with colours.
+    pub color_unit: u32,
+}
+
+impl Default for Program {
+    fn default() -> Self {
+        Self { height_unit: 0, color_unit: 1 }
+    }
+}
+
+/// Where the image of a texture comes from.
+#[derive(Debug, Clone)]
+pub enum TextureSource {
+    /// A file, decoded when it is needed.
+    File(PathBuf),
+    /// An image in memory.
+    Memory(Arc<Image>),
+}
+
+/// A texture on a unit.
+#[derive(Debug, Clone)]
+pub struct TextureBinding {
+    /// The unit.
+    pub unit: u32,
+    /// Its image.
+    pub source: TextureSource,
+    /// The node that put it there.
+    pub node: NodeKey,
+}
+
+/// What a property knows of its place.
+#[derive(Debug, Clone, Copy)]
+pub struct PropertyContext<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The property's own node.
+    pub key: NodeKey,
+}
+
+/// What a shape knows of its place.
+#[derive(Debug, Clone, Copy)]
+pub struct ShapeContext<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The properties in force.
+    pub state: &'a State,
+    /// The way to the shape.
+    pub path: &'a Path,
+    /// The camera that detail is chosen for; without one it is the finest.
+    pub viewpoint: Option<&'a Viewpoint>,
+}
+
+impl ShapeContext<'_> {
+    /// The image on a texture unit, decoded if need be; `None` if the unit is empty.
+    ///
+    /// # Errors
+    ///
+    /// When the image can not be had.
+    pub fn image(&self, unit: u32) -> Result<Option<Arc<Image>>, ShapeError> {
+        match self.state.texture(unit).map(|t| &t.source) {
+            None => Ok(None),
+            Some(TextureSource::Memory(image)) => Ok(Some(Arc::clone(image))),
+            Some(TextureSource::File(path)) => Ok(Some(self.scene.resources().image(path)?)),
+        }
+    }
+
+    /// A shape's error with its place. Errors of an image point at the texture node that asked for it.
+    pub(crate) fn error(&self, error: ShapeError) -> ActionError {
+        let unit = self.state.program.height_unit;
+        let culprit = match &error {
+            ShapeError::Image(image) => self
+                .state
+                .textures
+                .iter()
+                .find(|t| matches!((&t.source, image.path()), (TextureSource::File(f), Some(p)) if f == p)),
+            ShapeError::HeightField(_) => self.state.texture(unit),
+            _ => None,
+        };
+        ActionError::shape(error, self.scene, self.path, culprit.map(|t| t.node))
+    }
+}

@@ -1,0 +1,175 @@
+//! A camera placed in the world, in f64: where it stands, where it looks, and the rays through its pixels.
+
+use glam::{DMat4, DVec3, DVec4};
+
+use crate::terrain::Frustum;
+
+/// How a camera maps directions to the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lens {
+    /// Rays spread from the eye. The tangent of half the vertical field of view.
+    Perspective {
+        /// tan(field of view / 2), positive and finite.
+        tan_half_height: f64,
+    },
+    /// Rays are parallel.
+    Orthographic {
+        /// Half the height of the picture in world units, positive and finite.
+        half_height: f64,
+    },
+}
+
+/// A camera as the actions use it: an eye, an orthonormal basis and a lens, in world coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Viewpoint {
+    /// The eye.
+    pub eye: DVec3,
+    /// Unit vector to the right of the picture.
+    pub right: DVec3,
+    /// Unit vector to the top of the picture.
+    pub up: DVec3,
+    /// Unit vector into the picture.
+    pub forward: DVec3,
+    /// Field of view.
+    pub lens: Lens,
+    /// Width of the picture over its height.
+    pub aspect: f64,
+    /// Distance along `forward` from which on things are seen; positive.
+    pub near: f64,
+    /// Distance along `forward` up to which things are seen; `None` without limit.
+    pub far: Option<f64>,
+}
+
+impl Viewpoint {
+    /// From world axes with the origin at the eye to clip space, with reversed z: 1 at `near`, 0 at `far` or at infinity.
+    ///
+    /// The rotation and the projection, multiplied in f64; multiply by the model matrix relative to the eye and round once.
+    #[must_use]
+    pub fn clip_from_eye(&self) -> DMat4 {
+        let (r, u, f) = (self.right, self.up, self.forward);
+        // Rows of the rotation: x right, y up, z = depth along `forward`.
+        let rotate = DMat4::from_cols(
+            DVec4::new(r.x, u.x, f.x, 0.0),
+            DVec4::new(r.y, u.y, f.y, 0.0),
+            DVec4::new(r.z, u.z, f.z, 0.0),
+            DVec4::W,
+        );
+        let (x, y, perspective) = match self.lens {
+            Lens::Perspective { tan_half_height: t } => (1.0 / (t * self.aspect), 1.0 / t, true),
+            Lens::Orthographic { half_height: h } => (1.0 / (h * self.aspect), 1.0 / h, false),
+        };
+        // With depth d, the third row is (a·d + b), divided by d in perspective.
+        let (a, b) = match (perspective, self.far) {
+            (true, None) => (0.0, self.near),
+            (true, Some(far)) => (-self.near / (far - self.near), self.near * far / (far - self.near)),
+            (false, far) => {
+                // An open orthographic depth has no linear scale; callers give one from the scene's box.
+                let far = far.unwrap_or(self.near + 1.0);
+                (-1.0 / (far - self.near), far / (far - self.near))
+            }
+        };
+        let project = DMat4::from_cols(
+            DVec4::new(x, 0.0, 0.0, 0.0),
+            DVec4::new(0.0, y, 0.0, 0.0),
+            DVec4::new(0.0, 0.0, a, if perspective { 1.0 } else { 0.0 }),
+            DVec4::new(0.0, 0.0, b, if perspective { 0.0 } else { 1.0 }),
+        );
+        project * rotate
+    }
+
+    /// Origin and direction (unit length) of the ray through a point of the picture: (0, 0) is the top left corner, (1, 1)
+    /// the bottom right. Made from the basis and the angle, not by inverting a projection.
+    ///
+    /// The origin is the eye in perspective; in an orthographic picture it lies in the plane through the eye.
+    #[must_use]
+    pub fn ray(&self, x: f64, y: f64) -> (DVec3, DVec3) {
+        let (sx, sy) = (2.0 * x - 1.0, 1.0 - 2.0 * y);
+        match self.lens {
+            Lens::Perspective { tan_half_height: t } => {
+                let direction = self.forward + self.right * (sx * t * self.aspect) + self.up * (sy * t);
+                (self.eye, direction.normalize())
+            }
+            Lens::Orthographic { half_height: h } => {
+                (self.eye + self.right * (sx * h * self.aspect) + self.up * (sy * h), self.forward)
+            }
+        }
+    }
+
+    /// What the camera sees, in world axes with the origin **at the eye**: four sides and the near plane; the far plane if
+    /// there is one.
+    #[must_use]
+    pub fn frustum(&self) -> Frustum {
+        let (r, u, f) = (self.right, self.up, self.forward);
+        let mut planes = match self.lens {
+            Lens::Perspective { tan_half_height: t } => {
+                let side = |s: DVec3, tan: f64| (f * tan + s).extend(0.0);
+                vec![side(r, t * self.aspect), side(-r, t * self.aspect), side(u, t), side(-u, t)]
+            }
+            Lens::Orthographic { half_height: h } => {
+                let side = |s: DVec3, half: f64| s.extend(half);
+                vec![side(r, h * self.aspect), side(-r, h * self.aspect), side(u, h), side(-u, h)]
+            }
+        };
+        planes.push(f.extend(-self.near));
+        if let Some(far) = self.far {
+            planes.push((-f).extend(far));
+        }
+        Frustum::new(planes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn views() -> Vec<Viewpoint> {
+        let base = Viewpoint {
+            eye: DVec3::new(1.5e11, -3.0, 7.0),
+            right: DVec3::X,
+            up: DVec3::Z,
+            forward: DVec3::Y,
+            lens: Lens::Perspective { tan_half_height: 0.5 },
+            aspect: 1.5,
+            near: 0.1,
+            far: None,
+        };
+        vec![
+            base,
+            Viewpoint { far: Some(100.0), ..base },
+            Viewpoint { lens: Lens::Orthographic { half_height: 4.0 }, far: Some(100.0), ..base },
+        ]
+    }
+
+    /// The pixel's ray and the projection must be each other's inverse.
+    #[test]
+    fn a_point_on_a_pixels_ray_projects_to_that_pixel() {
+        for view in views() {
+            for (x, y) in [(0.5, 0.5), (0.1, 0.8), (1.0, 0.0), (0.0, 1.0)] {
+                let (origin, direction) = view.ray(x, y);
+                for t in [0.2, 3.0, 50.0] {
+                    let p = (origin - view.eye) + direction * t;
+                    let clip = view.clip_from_eye() * p.extend(1.0);
+                    let ndc = clip.truncate() / clip.w;
+                    assert!((ndc.x - (2.0 * x - 1.0)).abs() < 1e-12, "{ndc} for {x}");
+                    assert!((ndc.y - (1.0 - 2.0 * y)).abs() < 1e-12, "{ndc} for {y}");
+                    assert!(ndc.z > 0.0 && ndc.z <= 1.0, "{ndc}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn depth_runs_from_one_at_near_to_zero_at_far() {
+        for view in views() {
+            let depth = |d: f64| {
+                let clip = view.clip_from_eye() * (view.forward * d).extend(1.0);
+                clip.z / clip.w
+            };
+            assert!((depth(view.near) - 1.0).abs() < 1e-12);
+            match view.far {
+                Some(far) => assert!(depth(far).abs() < 1e-12),
+                None => assert!(depth(1e9) < 1e-9 && depth(1e9) > 0.0),
+            }
+        }
+    }
+}

@@ -1,0 +1,18 @@
+use super::{Color, PropertyNode};
+use crate::action::{PropertyContext, State};
+
+crate::define_node! {
+    /// Sets the diffuse colour alone and leaves the rest of the material as it is.
+    ///
+    /// Read by the render action; the others ignore it.
+    pub struct BaseColor: property {
+        /// The colour, sRGB 0..1.
+        pub rgb: Color = Color::new(0.8, 0.8, 0.8),
+    }
+}
+
+impl PropertyNode for BaseColor {
+    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+        state.material.diffuse_color = self.rgb;
+    }
+}

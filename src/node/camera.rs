@@ -1,0 +1,133 @@
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+
+use super::{AxisAngle, FieldProblem, PropertyNode};
+use crate::action::{Lens, PlacedCamera, PropertyContext, State};
+
+/// What the two kinds of camera have in common, as the actions use it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraFields {
+    /// Where the eye is, in local coordinates; `None` sees all of the scene.
+    pub position: Option<DVec3>,
+    /// The point looked at, in local coordinates; goes before `orientation`.
+    pub look_at: Option<DVec3>,
+    /// Turns the default direction (−z, y up).
+    pub orientation: DQuat,
+    /// Field of view.
+    pub lens: Lens,
+    /// `None`: fitted to the scene.
+    pub near_distance: Option<f64>,
+    /// `None`: without limit (perspective), fitted to the scene (orthographic).
+    pub far_distance: Option<f64>,
+}
+
+fn place(fields: CameraFields, state: &mut State, cx: &PropertyContext<'_>) {
+    state.camera = Some(Arc::new(PlacedCamera { fields, model: state.model, key: cx.key, path: Default::default() }));
+}
+
+fn problems(near: Option<f64>, far: Option<f64>, position: Option<DVec3>, look_at: Option<DVec3>) -> Vec<FieldProblem> {
+    let mut problems = Vec::new();
+    if let Some(near) = near
+        && near <= 0.0
+    {
+        problems.push(FieldProblem::new("near_distance", format!("{near} does not work: it has to be above 0")));
+    }
+    if let Some(far) = far
+        && far <= near.unwrap_or(0.0)
+    {
+        problems.push(FieldProblem::new("far_distance", format!("{far} does not work: it has to be beyond near")));
+    }
+    if position.is_some() && position == look_at {
+        problems.push(FieldProblem::new("look_at", "the camera can not look at its own position"));
+    }
+    problems
+}
+
+crate::define_node! {
+    /// A camera with a field of view: what is far away looks small.
+    ///
+    /// Acts on the shapes that follow it in the walk; a picture is taken by the first camera unless another is named. With
+    /// no `position` it stands where it sees the whole scene; near and far fit the scene unless given. Picks through a
+    /// pixel use it; the bounding box ignores it.
+    pub struct PerspectiveCamera: property {
+        /// Where the eye is, local coordinates. None: where all of the scene is in view. (Open Inventor's default is
+        /// (0, 0, 1), which sees nothing of a landscape.)
+        pub position: Option<DVec3> = None,
+        /// Turns the view from its default, along −z with y up.
+        pub orientation: AxisAngle = AxisAngle::IDENTITY,
+        /// A point to look at, instead of `orientation`; up is z, or y when looking along z. Without `position` the point
+        /// is the middle of the picture.
+        pub look_at: Option<DVec3> = None,
+        /// Vertical field of view in radians, above 0 and below π. In a picture higher than wide the horizontal one.
+        pub height_angle: f64 = std::f64::consts::FRAC_PI_4,
+        /// Nearest distance seen. None: fitted to the scene.
+        pub near_distance: Option<f64> = None,
+        /// Furthest distance seen. None: no limit.
+        pub far_distance: Option<f64> = None,
+    }
+    check |c: &PerspectiveCamera| {
+        let mut found = problems(c.near_distance, c.far_distance, c.position, c.look_at);
+        if !(c.height_angle > 0.0 && c.height_angle < std::f64::consts::PI) {
+            let message = format!("{} does not work: an angle in radians above 0 and below π", c.height_angle);
+            found.push(FieldProblem::new("height_angle", message));
+        }
+        found
+    };
+}
+
+impl PropertyNode for PerspectiveCamera {
+    fn apply(&self, state: &mut State, cx: &PropertyContext<'_>) {
+        let fields = CameraFields {
+            position: self.position,
+            look_at: self.look_at,
+            orientation: self.orientation.quat(),
+            lens: Lens::Perspective { tan_half_height: (self.height_angle * 0.5).tan() },
+            near_distance: self.near_distance,
+            far_distance: self.far_distance,
+        };
+        place(fields, state, cx);
+    }
+}
+
+crate::define_node! {
+    /// A camera without perspective: what is far away looks as large as what is near.
+    ///
+    /// Otherwise as [`PerspectiveCamera`].
+    pub struct OrthographicCamera: property {
+        /// A point of the plane from which on things are seen, in the middle of the picture, local coordinates. None: where
+        /// all of the scene is in view; `height` is fitted too then.
+        pub position: Option<DVec3> = None,
+        /// Turns the view from its default, along −z with y up.
+        pub orientation: AxisAngle = AxisAngle::IDENTITY,
+        /// A point to look at, instead of `orientation`; up is z, or y when looking along z.
+        pub look_at: Option<DVec3> = None,
+        /// Height of the picture in local units, above 0. In a picture higher than wide the width.
+        pub height: f64 = 2.0,
+        /// Nearest distance seen. None: fitted to the scene.
+        pub near_distance: Option<f64> = None,
+        /// Furthest distance seen. None: fitted to the scene.
+        pub far_distance: Option<f64> = None,
+    }
+    check |c: &OrthographicCamera| {
+        let mut found = problems(c.near_distance, c.far_distance, c.position, c.look_at);
+        if c.height <= 0.0 {
+            found.push(FieldProblem::new("height", format!("{} does not work: it has to be above 0", c.height)));
+        }
+        found
+    };
+}
+
+impl PropertyNode for OrthographicCamera {
+    fn apply(&self, state: &mut State, cx: &PropertyContext<'_>) {
+        let fields = CameraFields {
+            position: self.position,
+            look_at: self.look_at,
+            orientation: self.orientation.quat(),
+            lens: Lens::Orthographic { half_height: self.height * 0.5 },
+            near_distance: self.near_distance,
+            far_distance: self.far_distance,
+        };
+        place(fields, state, cx);
+    }
+}

@@ -1,0 +1,53 @@
+use glam::{DVec2, DVec3};
+
+use super::{FieldProblem, ShapeNode, Triangle};
+use crate::action::{Aabb, ShapeContext, ShapeError};
+
+crate::define_node! {
+    /// A box around the origin, its faces along the axes.
+    ///
+    /// Drawn, boxed and picked as its twelve triangles, two per face.
+    pub struct Cube: shape {
+        /// Length along x, local units, from 0 up.
+        pub width: f64 = 2.0,
+        /// Length along y, local units, from 0 up.
+        pub height: f64 = 2.0,
+        /// Length along z, local units, from 0 up.
+        pub depth: f64 = 2.0,
+    }
+    check |c: &Cube| {
+        [("width", c.width), ("height", c.height), ("depth", c.depth)]
+            .into_iter()
+            .filter(|(_, v)| !(*v >= 0.0 && v.is_finite()))
+            .map(|(field, v)| FieldProblem::new(field, format!("{v} does not work: lengths go from 0 up")))
+            .collect()
+    };
+}
+
+impl ShapeNode for Cube {
+    fn bounds(&self, _: &ShapeContext<'_>) -> Result<Option<Aabb>, ShapeError> {
+        let half = DVec3::new(self.width, self.height, self.depth) * 0.5;
+        Ok(Some(Aabb { min: -half, max: half }))
+    }
+
+    fn primitives(&self, _: &ShapeContext<'_>, sink: &mut dyn FnMut(Triangle)) -> Result<(), ShapeError> {
+        let half = DVec3::new(self.width, self.height, self.depth) * 0.5;
+        // Per face: its normal, its direction of s and its direction of t as seen from outside.
+        let faces = [
+            (DVec3::Z, DVec3::X, DVec3::Y),
+            (DVec3::NEG_Z, DVec3::NEG_X, DVec3::Y),
+            (DVec3::NEG_X, DVec3::Z, DVec3::Y),
+            (DVec3::X, DVec3::NEG_Z, DVec3::Y),
+            (DVec3::Y, DVec3::X, DVec3::NEG_Z),
+            (DVec3::NEG_Y, DVec3::X, DVec3::Z),
+        ];
+        for (normal, s, t) in faces {
+            let corner = |a: f64, b: f64| ((normal + s * a + t * b) * half, DVec2::new(a, b) * 0.5 + 0.5);
+            let [p, q, r, o] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+            for corners in [[p, q, r], [p, r, o]] {
+                sink(Triangle { points: corners.map(|c| c.0), normals: [normal; 3], uvs: corners.map(|c| c.1) });
+            }
+        }
+        Ok(())
+    }
+}

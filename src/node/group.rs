@@ -1,0 +1,11 @@
+use super::{ChildRule, GroupNode};
+
+crate::define_node! {
+    /// A group whose children change the State for what follows the group as well.
+    ///
+    /// Defaults: no fields. All actions walk all children in order. Use [`Separator`](crate::node::Separator) unless the
+    /// changes are meant to leave the group; forgetting this is the usual mistake.
+    pub struct Group: group(ChildRule::ANY) {}
+}
+
+impl GroupNode for Group {}

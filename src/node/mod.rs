@@ -1,0 +1,425 @@
+//! The nodes of a scene: one file per node, typed public fields, Open Inventor's names and defaults.
+//!
+//! Three families keep the table of nodes × actions small:
+//!
+//! * a [`PropertyNode`] changes the [`State`] of a walk, the same in all actions;
+//! * a [`GroupNode`] decides which children are walked and what of the State survives;
+//! * a [`ShapeNode`] answers bounds, rays, primitives and drawing. Rays and drawing have defaults made from primitives, so a
+//!   new shape needs two functions.
+//!
+//! A node is defined with [`define_node!`](crate::define_node), inside or outside this crate, and is a first-class
+//! citizen either way. The macro makes the struct, its `Default` and its [`NodeInfo`] from one text, so that
+//! documentation, reading and writing can not drift apart.
+
+mod base_color;
+mod camera;
+mod complexity;
+mod cube;
+mod field;
+mod group;
+mod light;
+mod material;
+mod registry;
+mod seamless_terrain;
+mod separator;
+mod shader;
+mod texture;
+mod transform;
+
+use std::any::Any;
+use std::fmt::Debug;
+
+use glam::{DVec2, DVec3};
+
+pub use base_color::BaseColor;
+pub use camera::{CameraFields, OrthographicCamera, PerspectiveCamera};
+pub use complexity::{Complexity, TextureFilter};
+pub use cube::Cube;
+pub use field::{AxisAngle, Color, FieldError, FieldValue};
+pub use group::Group;
+pub use light::{DirectionalLight, PointLight};
+pub use material::Material;
+pub use registry::Registry;
+pub use seamless_terrain::{ColorMode, SeamlessTerrain, VoidMode};
+pub use separator::Separator;
+pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderValue, VertexShader};
+pub use texture::{ImageRef, Texture2, TextureUnit, Wrap};
+pub use transform::Transform;
+
+use crate::action::{Aabb, DrawContext, PropertyContext, Ray, ShapeContext, ShapeError, State};
+use crate::terrain::{PatchId, Side};
+
+/// A node of a scene graph. Implemented by [`define_node!`](crate::define_node).
+pub trait Node: Any + Debug + Send + Sync {
+    /// Kind, fields and documentation.
+    fn info(&self) -> &'static NodeInfo;
+
+    /// The family that the node belongs to, and its behaviour there.
+    fn role(&self) -> Role<'_>;
+
+    /// What is wrong with the values of the fields, beyond their types: ranges, contradictions.
+    fn problems(&self) -> Vec<FieldProblem> {
+        Vec::new()
+    }
+
+    /// A copy of the node.
+    fn boxed_clone(&self) -> Box<dyn Node>;
+}
+
+/// A node type, known at compile time.
+pub trait NodeType: Node + Default {
+    /// Kind, fields and documentation.
+    const INFO: &'static NodeInfo;
+}
+
+/// Which family a node belongs to.
+#[derive(Debug)]
+pub enum Role<'n> {
+    /// Changes the State for what follows.
+    Property(&'n dyn PropertyNode),
+    /// Has children that are walked.
+    Group(&'n dyn GroupNode),
+    /// Has a place in space.
+    Shape(&'n dyn ShapeNode),
+}
+
+/// A value of a field that can not be used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FieldProblem {
+    /// Name of the field.
+    pub field: &'static str,
+    /// What is wrong and what would be right.
+    pub message: String,
+}
+
+impl FieldProblem {
+    /// A problem with a field.
+    #[must_use]
+    pub fn new(field: &'static str, message: impl Into<String>) -> Self {
+        Self { field, message: message.into() }
+    }
+}
+
+/// What there is to know about a kind of node: the one source of reading, writing and documentation.
+#[derive(Debug)]
+pub struct NodeInfo {
+    /// The name in scene files.
+    pub kind: &'static str,
+    /// Family: `property`, `group` or `shape`.
+    pub family: &'static str,
+    /// Documentation, as in the source.
+    pub doc: &'static str,
+    /// Whether and which children it takes.
+    pub children: Option<ChildRule>,
+    /// Its fields in order.
+    pub fields: &'static [FieldInfo],
+    /// Makes one with default fields.
+    pub make: fn() -> Box<dyn Node>,
+}
+
+impl NodeInfo {
+    /// The field with this name.
+    #[must_use]
+    pub fn field(&self, name: &str) -> Option<&'static FieldInfo> {
+        self.fields.iter().find(|f| f.name == name)
+    }
+}
+
+/// What children a kind of node takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ChildRule {
+    /// Name of the list in scene files: `children` for groups.
+    pub field: &'static str,
+    /// Kinds that are accepted; `None` for all.
+    pub only: Option<&'static [&'static str]>,
+}
+
+impl ChildRule {
+    /// Any node, in the list `children`.
+    pub const ANY: ChildRule = ChildRule { field: "children", only: None };
+
+    /// Whether a node of this kind may be a child.
+    #[must_use]
+    pub fn accepts(&self, kind: &str) -> bool {
+        self.only.is_none_or(|only| only.contains(&kind))
+    }
+
+    /// The accepted kinds, for messages.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        self.only.map_or_else(|| "any node".to_owned(), |only| only.join(", "))
+    }
+}
+
+/// One field of a kind of node.
+#[derive(Debug)]
+pub struct FieldInfo {
+    /// The name in scene files and in code.
+    pub name: &'static str,
+    /// Documentation, as in the source.
+    pub doc: &'static str,
+    /// Type as a reader of scene files sees it.
+    pub type_name: fn() -> String,
+    /// The default as written in a scene file.
+    pub default: fn() -> String,
+    /// Sets the field from its text in RON.
+    pub read: fn(&mut dyn Node, &str) -> Result<(), FieldError>,
+    /// The field as RON, `None` if it has its default.
+    pub write: fn(&dyn Node) -> Option<String>,
+}
+
+/// A node that changes the State of a walk for what follows it.
+pub trait PropertyNode: Node {
+    /// Changes the state.
+    fn apply(&self, state: &mut State, cx: &PropertyContext<'_>);
+}
+
+/// A node that has children.
+pub trait GroupNode: Node {
+    /// Which child to walk at this step of the visit, counted from 0; `None` ends the visit. The state may be changed
+    /// before the child is walked.
+    fn child_at(&self, step: usize, children: usize, state: &mut State) -> Option<usize> {
+        let _ = state;
+        (step < children).then_some(step)
+    }
+
+    /// Whether the state is afterwards what it was before.
+    fn restores_state(&self) -> bool {
+        false
+    }
+}
+
+/// A triangle with what a hit on it needs to know, in local coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Triangle {
+    /// Corners, counter-clockwise seen from outside.
+    pub points: [DVec3; 3],
+    /// Unit normals at the corners.
+    pub normals: [DVec3; 3],
+    /// Texture coordinates at the corners.
+    pub uvs: [DVec2; 3],
+}
+
+/// What a shape says of a place where a ray meets it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShapeHit {
+    /// Ray parameter: the point is `origin + t · direction` of the local ray.
+    pub t: f64,
+    /// Point in local coordinates.
+    pub point: DVec3,
+    /// Normal of the surface in local coordinates, any length, towards its outer side.
+    pub normal: DVec3,
+    /// Texture coordinate.
+    pub uv: DVec2,
+    /// What only this kind of shape can say.
+    pub detail: HitDetail,
+}
+
+/// Details of a hit by kind of shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum HitDetail {
+    /// Nothing more to say.
+    None,
+    /// The triangle that was hit, counted in the order of [`ShapeNode::primitives`].
+    Triangle {
+        /// Its number.
+        index: usize,
+    },
+    /// A place on a terrain.
+    Terrain(TerrainDetail),
+}
+
+/// What a hit on a terrain says beyond point and normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TerrainDetail {
+    /// The active patch that was hit.
+    pub patch: PatchId,
+    /// Which of its four coarse triangles: the one at this side.
+    pub triangle: Side,
+    /// Whether a vertical wall was hit, which closes the gap between patches of different size.
+    pub wall: bool,
+    /// Column and row of the map's cell below or above the point.
+    pub cell: [u32; 2],
+    /// Whether a corner of that cell is a void in the map, so that its height is an interpolation.
+    pub void: bool,
+    /// Height of the point: its local z.
+    pub height: f64,
+    /// Steepness in radians against the node's own horizontal, 0..π/2.
+    pub slope: f64,
+    /// No point of the full-resolution surface is vertically further from the picked one in this patch, along local z.
+    pub error: f64,
+    /// Whether the ray goes into the ground here; otherwise it comes out.
+    pub entering: bool,
+}
+
+/// A node that has a place in space.
+pub trait ShapeNode: Node {
+    /// The smallest box around the shape in local coordinates; `None` when there is nothing.
+    ///
+    /// # Errors
+    ///
+    /// When the shape can not be had: a missing file, a field out of range.
+    fn bounds(&self, cx: &ShapeContext<'_>) -> Result<Option<Aabb>, ShapeError>;
+
+    /// Hands over the triangles of the shape.
+    ///
+    /// # Errors
+    ///
+    /// As for [`ShapeNode::bounds`].
+    fn primitives(&self, cx: &ShapeContext<'_>, sink: &mut dyn FnMut(Triangle)) -> Result<(), ShapeError>;
+
+    /// Appends the places where a local ray meets the shape, with `t` in the ray's range, in any order, each crossing once.
+    /// With `first` only the nearest is needed.
+    ///
+    /// # Errors
+    ///
+    /// As for [`ShapeNode::bounds`].
+    fn ray(&self, cx: &ShapeContext<'_>, ray: &Ray, first: bool, hits: &mut Vec<ShapeHit>) -> Result<(), ShapeError> {
+        let _ = first;
+        let mut index = 0;
+        self.primitives(cx, &mut |triangle| {
+            if let Some(mut hit) = crate::action::intersect_triangle(ray, &triangle) {
+                hit.detail = HitDetail::Triangle { index };
+                hits.push(hit);
+            }
+            index += 1;
+        })
+    }
+
+    /// Appends what to draw.
+    ///
+    /// # Errors
+    ///
+    /// As for [`ShapeNode::bounds`].
+    fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
+        cx.draw_primitives(self.info().kind, |shape_cx, sink| self.primitives(shape_cx, sink))
+    }
+}
+
+/// Defines a node: the struct with public fields, its `Default`, and its [`NodeInfo`].
+///
+/// `family` is `property`, `group` or `shape`; implement [`PropertyNode`], [`GroupNode`] or [`ShapeNode`] for the type. Groups name
+/// their [`ChildRule`]. Fields have documentation, a type that implements [`FieldValue`] and a default. Fields after
+/// `transient` are not in files. An optional `check` names a function `fn(&T) -> Vec<FieldProblem>`.
+///
+/// # Example
+///
+/// ```
+/// use seamount::define_node;
+/// use seamount::node::{PropertyNode, NodeType};
+/// use seamount::action::{PropertyContext, State};
+///
+/// define_node! {
+///     /// Moves what follows up.
+///     pub struct Lift: property {
+///         /// How far, in local units.
+///         pub height: f64 = 1.0,
+///     }
+/// }
+///
+/// impl PropertyNode for Lift {
+///     fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+///         state.translate(glam::DVec3::new(0.0, 0.0, self.height));
+///     }
+/// }
+///
+/// assert_eq!(Lift::default().height, 1.0);
+/// assert_eq!(Lift::INFO.fields[0].name, "height");
+/// ```
+#[macro_export]
+macro_rules! define_node {
+    (
+        $(#[doc = $doc:expr])*
+        pub struct $name:ident : $family:ident $(($rule:expr))? {
+            $(
+                $(#[doc = $fdoc:expr])*
+                pub $field:ident : $ty:ty = $default:expr,
+            )*
+            $(transient:
+                $(
+                    $(#[doc = $tdoc:expr])*
+                    pub $tfield:ident : $tty:ty = $tdefault:expr,
+                )*
+            )?
+        }
+        $(check $check:expr;)?
+    ) => {
+        $(#[doc = $doc])*
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct $name {
+            $(
+                $(#[doc = $fdoc])*
+                pub $field: $ty,
+            )*
+            $($(
+                $(#[doc = $tdoc])*
+                pub $tfield: $tty,
+            )*)?
+        }
+
+        impl ::std::default::Default for $name {
+            fn default() -> Self {
+                Self {
+                    $($field: $default,)*
+                    $($($tfield: $tdefault,)*)?
+                }
+            }
+        }
+
+        impl $crate::node::NodeType for $name {
+            const INFO: &'static $crate::node::NodeInfo = &$crate::node::NodeInfo {
+                kind: stringify!($name),
+                family: stringify!($family),
+                doc: concat!($($doc, "\n",)*),
+                children: $crate::define_node!(@rule $($rule)?),
+                fields: &[$(
+                    $crate::node::FieldInfo {
+                        name: stringify!($field),
+                        doc: concat!($($fdoc, "\n",)*),
+                        type_name: <$ty as $crate::node::FieldValue>::type_name,
+                        default: || $crate::node::FieldValue::write(&<$name as ::std::default::Default>::default().$field),
+                        read: |node, text| {
+                            let value = <$ty as $crate::node::FieldValue>::read(text)?;
+                            let node: &mut dyn ::std::any::Any = node;
+                            if let Some(node) = node.downcast_mut::<$name>() {
+                                node.$field = value;
+                            }
+                            Ok(())
+                        },
+                        write: |node| {
+                            let node: &dyn ::std::any::Any = node;
+                            let value = &node.downcast_ref::<$name>()?.$field;
+                            (*value != <$name as ::std::default::Default>::default().$field)
+                                .then(|| $crate::node::FieldValue::write(value))
+                        },
+                    },
+                )*],
+                make: || ::std::boxed::Box::new(<$name as ::std::default::Default>::default()),
+            };
+        }
+
+        impl $crate::node::Node for $name {
+            fn info(&self) -> &'static $crate::node::NodeInfo {
+                <$name as $crate::node::NodeType>::INFO
+            }
+
+            fn role(&self) -> $crate::node::Role<'_> {
+                $crate::define_node!(@role $family self)
+            }
+
+            $(fn problems(&self) -> ::std::vec::Vec<$crate::node::FieldProblem> {
+                ($check)(self)
+            })?
+
+            fn boxed_clone(&self) -> ::std::boxed::Box<dyn $crate::node::Node> {
+                ::std::boxed::Box::new(self.clone())
+            }
+        }
+    };
+    (@rule) => { None };
+    (@rule $rule:expr) => { Some($rule) };
+    (@role property $self:ident) => { $crate::node::Role::Property($self) };
+    (@role group $self:ident) => { $crate::node::Role::Group($self) };
+    (@role shape $self:ident) => { $crate::node::Role::Shape($self) };
+}

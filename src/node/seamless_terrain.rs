@@ -1,0 +1,410 @@
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::field::enum_field;
+use super::{FieldProblem, HitDetail, ShapeHit, ShapeNode, TerrainDetail, TextureFilter, Triangle};
+use crate::action::{
+    Aabb, ColorMap, DebugColor, DrawContext, DrawOptions, Geometry, GeometryKind, Lens, Ray, ShapeContext, ShapeError,
+    TerrainDraw, Viewpoint,
+};
+use crate::terrain::pick::{CoarseSurface, Fan, LatticeRay, TerrainHit};
+use crate::terrain::{
+    Detail, HeightField, Instances, LatticeFrame, LodEye, PatchTree, Resolutions, Samples, Side, Terrain,
+};
+
+/// How a terrain is coloured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, Default)]
+pub enum ColorMode {
+    /// By material and colour map.
+    #[default]
+    Plain,
+    /// Tiles green and strips red, unlit, to see how patches are put together.
+    Parts,
+    /// A colour per level of the patch tree, unlit.
+    Levels,
+}
+
+enum_field!(ColorMode: Plain | Parts | Levels);
+
+/// What becomes of samples without height.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, Default)]
+pub enum VoidMode {
+    /// They are interpolated smoothly from their border when the map is loaded.
+    #[default]
+    Fill,
+}
+
+enum_field!(VoidMode: Fill);
+
+crate::define_node! {
+    /// A landscape over a map of heights, drawn with seamless patches (Livny, Kogan and El-Sana 2007) whose detail follows
+    /// the camera.
+    ///
+    /// The map comes from the texture unit that carries heights (unit 0), colours from unit 1 if there is a texture. Local
+    /// frame: x east along the columns, y north (row 0 has the largest y), z up, the origin at the south-west corner;
+    /// height = `base_height` + intensity · `max_height`, intensity 0..1 at the file's full depth.
+    ///
+    /// Render draws tiles and strips of the active patches; ray pick tests four coarse triangles per active patch and says
+    /// how far off they may be; the bounding box is that of the full-resolution heights and needs no camera. Forgetting
+    /// `TextureUnit(unit: 1)` before the colour map is the usual mistake: it replaces the heights.
+    ///
+    /// Example: `TextureUnit(unit: 0), Texture2(filename: "fuji.png"), SeamlessTerrain(size: (90600.0, 111240.0),
+    /// max_height: 65535.0, base_height: -1000.0, void_sample: 0)`.
+    pub struct SeamlessTerrain: shape {
+        /// Length of the longer side in local units, cells square. Above 0.
+        pub scale: f64 = 1.0,
+        /// Lengths along x and y, where cells are not square; goes before `scale`. Above 0.
+        pub size: Option<DVec2> = None,
+        /// Height of intensity 1 above `base_height`, local units.
+        pub max_height: f64 = 0.02,
+        /// Height of intensity 0, local units.
+        pub base_height: f64 = 0.0,
+        /// The sample value, at the file's depth, that marks a void. None: no sample does.
+        pub void_sample: Option<f64> = None,
+        /// What becomes of voids.
+        pub voids: VoidMode = VoidMode::Fill,
+        /// Detail ρ: a side of length l at distance d from the eye has ρ · l / d times the largest resolution. Above 0;
+        /// 1 is coarse, 4 fine. Complexity multiplies it by 4^(2·value − 1).
+        pub precision: f64 = 1.0,
+        /// Smallest resolution of a patch's side, a power of two, and how many resolutions there are, 2 to 5, each twice
+        /// the one before.
+        pub resolutions: (u32, u32) = (16, 3),
+        /// Whether patches outside the view are left out when drawing.
+        pub culling: bool = true,
+        /// How it is coloured.
+        pub color_mode: ColorMode = ColorMode::Plain,
+    }
+    check SeamlessTerrain::check;
+}
+
+/// A terrain node with its map: all that the actions need.
+struct Placed {
+    terrain: Arc<Terrain>,
+    tree: Arc<PatchTree>,
+    frame: LatticeFrame,
+}
+
+impl SeamlessTerrain {
+    fn check(&self) -> Vec<FieldProblem> {
+        let mut problems = Vec::new();
+        let mut need = |field, good: bool, message: String| {
+            if !good {
+                problems.push(FieldProblem::new(field, message));
+            }
+        };
+        let positive = |v: f64| v > 0.0 && v.is_finite();
+        need("scale", positive(self.scale), format!("{} does not work: a length above 0", self.scale));
+        if let Some(DVec2 { x, y }) = self.size {
+            need("size", positive(x) && positive(y), format!("({x}, {y}) does not work: two lengths above 0"));
+        }
+        need("max_height", self.max_height.is_finite(), format!("{} is not a finite number", self.max_height));
+        need("base_height", self.base_height.is_finite(), format!("{} is not a finite number", self.base_height));
+        need("precision", positive(self.precision), format!("{} does not work: a number above 0", self.precision));
+        if let Err(error) = Resolutions::new(self.resolutions.0, self.resolutions.1) {
+            need("resolutions", false, error.to_string());
+        }
+        problems
+    }
+
+    fn placed(&self, cx: &ShapeContext<'_>) -> Result<Placed, ShapeError> {
+        if let Some(problem) = self.check().into_iter().next() {
+            return Err(problem.into());
+        }
+        let unit = cx.state.program.height_unit;
+        let image = cx.image(unit)?.ok_or(ShapeError::NoHeights { unit })?;
+        let terrain = cx.scene.resources().terrain(&image, self.void_sample)?;
+        let tree = terrain.tree(Resolutions::new(self.resolutions.0, self.resolutions.1)?);
+        let frame = self.frame(terrain.field());
+        Ok(Placed { terrain, tree, frame })
+    }
+
+    /// Where the node puts a map: the map from lattice to local coordinates.
+    #[must_use]
+    pub fn frame(&self, field: &HeightField) -> LatticeFrame {
+        let cells = field.cells();
+        let cell_size = match self.size {
+            Some(size) => [size.x / f64::from(cells[0]), size.y / f64::from(cells[1])],
+            None => [self.scale / f64::from(cells[0].max(cells[1])); 2],
+        };
+        // For 16 bits `max_height` 65535 makes the step exactly 1.
+        let z_step = match field.samples() {
+            Samples::U16(_) => self.max_height / 65535.0,
+            Samples::F32(_) => self.max_height,
+        };
+        LatticeFrame { cells, cell_size, base: self.base_height, z_step }
+    }
+
+    /// What the choice of detail depends on.
+    fn detail(&self, cx: &ShapeContext<'_>, placed: &Placed) -> Detail {
+        let Some(view) = cx.viewpoint else {
+            return Detail::Leaves;
+        };
+        let precision = self.precision * 4f64.powf(2.0 * cx.state.complexity.value - 1.0);
+        match lod_eye(view, cx, placed) {
+            Some(eye) => Detail::precision(precision, eye),
+            None => Detail::Leaves,
+        }
+    }
+}
+
+/// Units per cell, the same in both directions, to compare heights and distances with cells.
+fn mean_cell(frame: &LatticeFrame) -> f64 {
+    (frame.cell_size[0] * frame.cell_size[1]).sqrt()
+}
+
+/// The eye in cells; `None` when the transform does not allow to say.
+fn lod_eye(view: &Viewpoint, cx: &ShapeContext<'_>, placed: &Placed) -> Option<LodEye> {
+    let model = cx.state.model;
+    let inverse = inverse_of(&model)?;
+    let cell = mean_cell(&placed.frame);
+    let eye = match view.lens {
+        Lens::Orthographic { half_height } => {
+            // The distance from which a perspective camera of 45° would show the same height, in local units: lengths
+            // across the view shrink by the cube root of the determinant on the mean.
+            let shrink = inverse.matrix3.determinant().abs().cbrt();
+            LodEye::Everywhere { distance: half_height / std::f64::consts::FRAC_PI_8.tan() * shrink / cell }
+        }
+        Lens::Perspective { .. } => {
+            let p = placed.frame.lattice(inverse.transform_point3(view.eye));
+            // One height for the whole frame: above the ground below the eye, or the nearest ground.
+            let [u, v] = [p.x, p.y];
+            let [cu, cv] = placed.frame.cells.map(f64::from);
+            let ground = placed.terrain.field().surface(u.clamp(0.0, cu), v.clamp(0.0, cv))?;
+            LodEye::Point { u, v, height: (p.z - ground) * placed.frame.z_step / cell }
+        }
+    };
+    let finite = match eye {
+        LodEye::Point { u, v, height } => u.is_finite() && v.is_finite() && height.is_finite(),
+        LodEye::Everywhere { distance } => distance.is_finite(),
+    };
+    finite.then_some(eye)
+}
+
+/// The inverse, unless the map is singular.
+fn inverse_of(model: &DAffine3) -> Option<DAffine3> {
+    let det = model.matrix3.determinant();
+    if det == 0.0 || !det.is_finite() {
+        return None;
+    }
+    let inverse = model.inverse();
+    inverse.is_finite().then_some(inverse)
+}
+
+impl Placed {
+    /// Lattice point (exact integers in u and v) near a local point, to be subtracted before rounding to f32.
+    fn anchor(&self, local: DVec3) -> ([u32; 2], f32) {
+        let p = self.frame.lattice(local);
+        let clamp = |x: f64, last: u32| x.round().clamp(0.0, f64::from(last)) as u32;
+        let [low, high] = self.terrain.pyramid().full_range();
+        let w = if p.z.is_finite() { p.z.clamp(low, high) } else { low };
+        let w = match self.terrain.field().samples() {
+            Samples::U16(_) => w.round() as f32,
+            Samples::F32(_) => w as f32,
+        };
+        ([clamp(p.x, self.frame.cells[0]), clamp(p.y, self.frame.cells[1])], w)
+    }
+
+    fn surface_normal(&self, [gu, gv]: [f64; 2]) -> DVec3 {
+        let [dx, dy] = self.frame.cell_size;
+        let s = self.frame.z_step;
+        DVec3::new(-gu * s / dx, gv * s / dy, 1.0)
+    }
+
+    fn hit(&self, hit: &TerrainHit) -> ShapeHit {
+        let point = self.frame.local(hit.point);
+        let surface_normal = self.surface_normal(hit.gradient);
+        let normal = match hit.wall {
+            None => surface_normal,
+            Some(Side::North) => DVec3::Y,
+            Some(Side::East) => DVec3::X,
+            Some(Side::South) => DVec3::NEG_Y,
+            Some(Side::West) => DVec3::NEG_X,
+        };
+        let slope = match hit.wall {
+            Some(_) => std::f64::consts::FRAC_PI_2,
+            None => surface_normal.truncate().length().atan(),
+        };
+        let cells = self.frame.cells;
+        let cell = [(hit.point.x.max(0.0) as u32).min(cells[0] - 1), (hit.point.y.max(0.0) as u32).min(cells[1] - 1)];
+        let field = self.terrain.field();
+        let void =
+            [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().any(|(du, dv)| field.is_void(cell[0] + du, cell[1] + dv));
+        let [cu, cv] = cells.map(f64::from);
+        ShapeHit {
+            t: hit.t,
+            point,
+            normal,
+            uv: DVec2::new(hit.point.x / cu, 1.0 - hit.point.y / cv),
+            detail: HitDetail::Terrain(TerrainDetail {
+                patch: hit.patch,
+                triangle: hit.triangle,
+                wall: hit.wall.is_some(),
+                cell,
+                void,
+                height: point.z,
+                slope,
+                error: hit.error * self.frame.z_step.abs(),
+                entering: hit.entering != (self.frame.z_step < 0.0),
+            }),
+        }
+    }
+}
+
+impl ShapeNode for SeamlessTerrain {
+    fn bounds(&self, cx: &ShapeContext<'_>) -> Result<Option<Aabb>, ShapeError> {
+        let placed = self.placed(cx)?;
+        let [low, high] = placed.terrain.pyramid().full_range();
+        let [cu, cv] = placed.frame.cells.map(f64::from);
+        let corners = [DVec3::new(0.0, 0.0, low), DVec3::new(cu, cv, high)];
+        Ok(Aabb::of(corners.map(|c| placed.frame.local(c))))
+    }
+
+    /// The coarse surface: four triangles per active patch.
+    fn primitives(&self, cx: &ShapeContext<'_>, sink: &mut dyn FnMut(Triangle)) -> Result<(), ShapeError> {
+        let placed = self.placed(cx)?;
+        let tree = placed.tree.hierarchy();
+        let selection = placed.tree.select(self.detail(cx, &placed));
+        let [cu, cv] = placed.frame.cells.map(f64::from);
+        for patch in selection.patches(tree) {
+            let fan = Fan::new(placed.terrain.field(), tree, patch.id);
+            for side in Side::ALL {
+                // Clockwise in (u, v), where v runs south, is clockwise from above: turn it.
+                let [a, b, c] = fan.triangle(side);
+                let corners = [a, c, b];
+                let normal = placed.surface_normal(fan.gradient(side)).normalize();
+                sink(Triangle {
+                    points: corners.map(|p| placed.frame.local(p)),
+                    normals: [normal; 3],
+                    uvs: corners.map(|p| DVec2::new(p.x / cu, 1.0 - p.y / cv)),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn ray(&self, cx: &ShapeContext<'_>, ray: &Ray, first: bool, hits: &mut Vec<ShapeHit>) -> Result<(), ShapeError> {
+        let placed = self.placed(cx)?;
+        let field = placed.terrain.field();
+        let selection = placed.tree.select(self.detail(cx, &placed));
+        let surface = CoarseSurface {
+            field,
+            pyramid: placed.terrain.pyramid(),
+            tree: placed.tree.hierarchy(),
+            selection: &selection,
+            errors: placed.tree.fan_errors(field),
+        };
+        let [dx, dy] = placed.frame.cell_size;
+        let s = placed.frame.z_step;
+        if s == 0.0 {
+            flat(&placed, ray, hits);
+            return Ok(());
+        }
+        let d = ray.direction;
+        let lattice = LatticeRay {
+            origin: placed.frame.lattice(ray.origin),
+            direction: DVec3::new(d.x / dx, -d.y / dy, d.z / s),
+            near: ray.near,
+            far: ray.far,
+        };
+        surface.intersect(&lattice, &mut |hit| {
+            hits.push(placed.hit(&hit));
+            !first
+        });
+        Ok(())
+    }
+
+    fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
+        let placed = self.placed(&cx.shape)?;
+        let tree = placed.tree.hierarchy();
+        let selection = placed.tree.select(self.detail(&cx.shape, &placed));
+        let frustum = cx.local_frustum().pulled_back(&placed.frame.to_local());
+        let mut visible = Vec::new();
+        let mut active = 0;
+        for patch in selection.patches(tree) {
+            active += 1;
+            if self.culling {
+                let [[u0, v0], [u1, v1]] = tree.extent(patch.id);
+                let [low, high] =
+                    placed.terrain.pyramid().range(tree.size(patch.id.level), patch.id.column, patch.id.row);
+                let (a, b) = (DVec3::new(u0.into(), v0.into(), low), DVec3::new(u1.into(), v1.into(), high));
+                if frustum.excludes(a, b) {
+                    continue;
+                }
+            }
+            visible.push(patch);
+        }
+        let mut instances = Instances::default();
+        instances.update(tree, placed.tree.parts(), &visible);
+        cx.statistics.patches_traversed += u64::from(selection.traversed());
+        cx.statistics.patches_culled += active - visible.len() as u64;
+        cx.statistics.patches_rendered += visible.len() as u64;
+
+        let color_map = match self.color_mode {
+            ColorMode::Plain => cx.shape.image(cx.shape.state.program.color_unit)?.map(|image| ColorMap {
+                image,
+                filter: TextureFilter::of_quality(cx.shape.state.complexity.texture_quality),
+            }),
+            ColorMode::Parts | ColorMode::Levels => None,
+        };
+        let eye = inverse_of(&cx.shape.state.model).map_or(DVec3::ZERO, |i| i.transform_point3(cx.view.eye));
+        let anchor = placed.anchor(eye);
+        let anchor_point = DVec3::new(anchor.0[0].into(), anchor.0[1].into(), anchor.1.into());
+        let [dx, dy] = placed.frame.cell_size;
+        let local_from_rel = DAffine3 {
+            matrix3: glam::DMat3::from_diagonal(DVec3::new(dx, -dy, placed.frame.z_step)),
+            translation: placed.frame.local(anchor_point),
+        };
+        let options = DrawOptions {
+            kind: match placed.terrain.field().samples() {
+                Samples::U16(_) => GeometryKind::TerrainU16,
+                Samples::F32(_) => GeometryKind::TerrainF32,
+            },
+            color_map: color_map.is_some(),
+            debug_color: match self.color_mode {
+                ColorMode::Plain => DebugColor::Plain,
+                ColorMode::Parts => DebugColor::Parts,
+                ColorMode::Levels => DebugColor::Levels,
+            },
+            lit: false,
+        };
+        let draw = TerrainDraw {
+            heights: Arc::clone(placed.terrain.field()),
+            parts: Arc::clone(placed.tree.parts()),
+            instances: Arc::new(instances),
+            anchor,
+            color_map,
+            levels: u32::from(tree.depth()) + 1,
+            branching: tree.resolutions().branching(),
+        };
+        cx.draw(Geometry::Terrain(draw), &local_from_rel, options);
+        Ok(())
+    }
+}
+
+/// A terrain of no height is a rectangle.
+fn flat(placed: &Placed, ray: &Ray, hits: &mut Vec<ShapeHit>) {
+    let t = (placed.frame.base - ray.origin.z) / ray.direction.z;
+    if !(t >= ray.near && t <= ray.far) {
+        return;
+    }
+    let point = placed.frame.lattice(ray.at(t));
+    let cells = placed.frame.cells.map(f64::from);
+    let inside = |x: f64, last: f64| (0.0..=last).contains(&x);
+    if inside(point.x, cells[0]) && inside(point.y, cells[1]) {
+        let tree = placed.tree.hierarchy();
+        let patch = tree
+            .leaf_at((point.x as u32).min(placed.frame.cells[0] - 1), (point.y as u32).min(placed.frame.cells[1] - 1));
+        hits.push(placed.hit(&TerrainHit {
+            t,
+            point,
+            gradient: [0.0, 0.0],
+            wall: None,
+            patch,
+            triangle: Fan::new(placed.terrain.field(), tree, patch).side_at(point.x, point.y),
+            error: 0.0,
+            entering: ray.direction.z < 0.0,
+        }));
+    }
+}

@@ -1,0 +1,533 @@
+//! The retained scene graph: nodes in a slot map, shared by several parents if so wished, edited through checked calls.
+//!
+//! A [`Scene`] owns all nodes. A node is named by a [`NodeKey`], one *occurrence* of it by a [`Path`], since a node may
+//! have several parents. Edits keep the graph a directed acyclic graph whose inner nodes are groups; each edit raises
+//! the version of what it changed, so that whatever was derived can tell whether it is current.
+
+mod image;
+mod path;
+mod resources;
+
+use std::any::Any;
+use std::collections::{HashMap, HashSet};
+use std::ops::{Deref, DerefMut};
+use std::path::{Path as FilePath, PathBuf};
+
+use slotmap::SlotMap;
+use thiserror::Error;
+
+pub use image::{Image, ImageError, Pixels};
+pub use path::Path;
+pub use resources::Resources;
+
+use crate::node::{Node, Role, Separator};
+
+slotmap::new_key_type! {
+    /// Names a node of one [`Scene`]. Keys of removed nodes are never used again.
+    pub struct NodeKey;
+}
+
+/// Why an edit was refused. The scene is as it was.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum EditError {
+    /// The key names no node of this scene (any more).
+    #[error("the node was removed from the scene, or belongs to another one")]
+    Removed,
+    /// Only groups have children.
+    #[error("{kind} is not a group: it can not have children")]
+    NotAGroup {
+        /// Kind of the would-be parent.
+        kind: &'static str,
+    },
+    /// This kind of group takes only certain children.
+    #[error("{parent} can not have {child} as a child: it takes {takes}")]
+    WrongChild {
+        /// Kind of the would-be parent.
+        parent: &'static str,
+        /// Kind of the would-be child.
+        child: &'static str,
+        /// What would be accepted.
+        takes: String,
+    },
+    /// The child contains the parent.
+    #[error("the edit would make a cycle: the child contains the parent")]
+    Cycle,
+    /// No such child.
+    #[error("there is no child number {index}: the group has {count}")]
+    NoSuchChild {
+        /// The index asked for.
+        index: usize,
+        /// Number of children there are.
+        count: usize,
+    },
+    /// Another node has this name.
+    #[error("the name \"{0}\" is taken by another node")]
+    NameTaken(String),
+    /// The root has to stay.
+    #[error("the root can not be removed")]
+    Root,
+}
+
+/// Where in its file a node was written. Lines and columns count from 1, columns in characters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Position {
+    /// Line, from 1.
+    pub line: usize,
+    /// Column, from 1.
+    pub column: usize,
+}
+
+impl std::fmt::Display for Position {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}", self.line, self.column)
+    }
+}
+
+#[derive(Debug)]
+struct Slot {
+    node: Box<dyn Node>,
+    children: Vec<NodeKey>,
+    /// One entry per occurrence as a child.
+    parents: Vec<NodeKey>,
+    name: Option<String>,
+    version: u64,
+    /// Version of the newest change at or below this node.
+    subtree_version: u64,
+    position: Option<Position>,
+}
+
+/// A scene graph with the resources it refers to.
+///
+/// # Example
+///
+/// ```
+/// use seamount::prelude::*;
+///
+/// let mut scene = Scene::new();
+/// let root = scene.root();
+/// scene.add(root, PerspectiveCamera::default())?;
+/// let box_group = scene.add(root, Separator::default())?;
+/// let cube = scene.add(box_group, Cube { width: 4.0, ..Cube::default() })?;
+/// scene.set_name(cube, "box")?;
+///
+/// // The same cube once more, somewhere else: a node may have several parents.
+/// let other = scene.add(root, Separator::default())?;
+/// scene.add(other, Transform { translation: DVec3::new(10.0, 0.0, 0.0), ..Transform::default() })?;
+/// scene.add_child(other, cube)?;
+///
+/// // Changes go through a guard, which raises the version.
+/// if let Some(mut cube) = scene.edit::<Cube>(cube) {
+///     cube.height = 3.0;
+/// }
+/// let bounds = BoundingBoxAction::default().apply(&scene)?.expect("not empty");
+/// assert_eq!(bounds.max, DVec3::new(12.0, 1.5, 1.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Scene {
+    slots: SlotMap<NodeKey, Slot>,
+    root: NodeKey,
+    names: HashMap<String, NodeKey>,
+    version: u64,
+    resources: Resources,
+    source: Option<PathBuf>,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Scene {
+    /// A scene whose root is an empty [`Separator`].
+    #[must_use]
+    pub fn new() -> Self {
+        Self::with_root(Separator::default())
+    }
+
+    /// A scene with the given root.
+    #[must_use]
+    pub fn with_root(node: impl Node) -> Self {
+        let mut slots = SlotMap::with_key();
+        let root = slots.insert(Slot::new(Box::new(node)));
+        Self { slots, root, names: HashMap::new(), version: 1, resources: Resources::default(), source: None }
+    }
+
+    /// The root of the graph.
+    #[must_use]
+    pub fn root(&self) -> NodeKey {
+        self.root
+    }
+
+    /// Makes another node the root. The old root stays in the scene.
+    ///
+    /// # Errors
+    ///
+    /// [`EditError::Removed`] if the key names no node.
+    pub fn set_root(&mut self, key: NodeKey) -> Result<(), EditError> {
+        self.slot(key)?;
+        self.root = key;
+        self.version += 1;
+        Ok(())
+    }
+
+    /// Number of nodes, whether reachable from the root or not.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// Never true: there is always a root.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.slots.is_empty()
+    }
+
+    /// Raised by every edit of the scene.
+    #[must_use]
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// The decoded images and what is derived from them.
+    #[must_use]
+    pub fn resources(&self) -> &Resources {
+        &self.resources
+    }
+
+    /// The file that the scene was read from. File names in the scene are relative to its folder.
+    #[must_use]
+    pub fn source(&self) -> Option<&FilePath> {
+        self.source.as_deref()
+    }
+
+    /// Says which file the scene belongs to; file names in the scene are relative to its folder.
+    pub fn set_source(&mut self, path: impl Into<PathBuf>) {
+        self.source = Some(path.into());
+    }
+
+    /// A file name of the scene as a path that can be opened: relative names are relative to the scene's file.
+    #[must_use]
+    pub fn resolve(&self, filename: &str) -> PathBuf {
+        match self.source.as_deref().and_then(FilePath::parent) {
+            Some(folder) => folder.join(filename),
+            None => PathBuf::from(filename),
+        }
+    }
+
+    fn slot(&self, key: NodeKey) -> Result<&Slot, EditError> {
+        self.slots.get(key).ok_or(EditError::Removed)
+    }
+
+    /// Puts a node into the scene without a parent.
+    pub fn insert(&mut self, node: impl Node) -> NodeKey {
+        self.insert_boxed(Box::new(node))
+    }
+
+    /// [`Scene::insert`] for a node whose type is not known.
+    pub fn insert_boxed(&mut self, node: Box<dyn Node>) -> NodeKey {
+        self.version += 1;
+        let mut slot = Slot::new(node);
+        slot.version = self.version;
+        slot.subtree_version = self.version;
+        self.slots.insert(slot)
+    }
+
+    /// Puts a node into the scene as the last child of `parent`.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Scene::insert_child`].
+    pub fn add(&mut self, parent: NodeKey, node: impl Node) -> Result<NodeKey, EditError> {
+        self.check_child(parent, &node)?;
+        let key = self.insert(node);
+        self.add_child(parent, key)?;
+        Ok(key)
+    }
+
+    /// Makes `child` the last child of `parent`. It may have other parents, and occur more than once under one.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Scene::insert_child`].
+    pub fn add_child(&mut self, parent: NodeKey, child: NodeKey) -> Result<(), EditError> {
+        let count = self.slot(parent)?.children.len();
+        self.insert_child(parent, count, child)
+    }
+
+    /// Makes `child` child number `index` of `parent`.
+    ///
+    /// # Errors
+    ///
+    /// When a key names no node, `parent` is not a group that takes such a child, `index` is beyond the children, or
+    /// `child` contains `parent`.
+    pub fn insert_child(&mut self, parent: NodeKey, index: usize, child: NodeKey) -> Result<(), EditError> {
+        self.check_child(parent, self.slot(child)?.node.as_ref())?;
+        let count = self.slot(parent)?.children.len();
+        if index > count {
+            return Err(EditError::NoSuchChild { index, count });
+        }
+        if self.contains(child, parent) {
+            return Err(EditError::Cycle);
+        }
+        self.slots[parent].children.insert(index, child);
+        self.slots[child].parents.push(parent);
+        self.touch(parent);
+        Ok(())
+    }
+
+    fn check_child(&self, parent: NodeKey, child: &dyn Node) -> Result<(), EditError> {
+        let parent = self.slot(parent)?;
+        let info = parent.node.info();
+        let Some(rule) = &info.children else {
+            return Err(EditError::NotAGroup { kind: info.kind });
+        };
+        if rule.accepts(child.info().kind) {
+            Ok(())
+        } else {
+            Err(EditError::WrongChild { parent: info.kind, child: child.info().kind, takes: rule.describe() })
+        }
+    }
+
+    /// Whether `ancestor` is `node` or contains it. Climbs from `node`, so the cost is that of its ancestors.
+    #[must_use]
+    pub fn contains(&self, ancestor: NodeKey, node: NodeKey) -> bool {
+        let mut seen = HashSet::new();
+        let mut pending = vec![node];
+        while let Some(key) = pending.pop() {
+            if key == ancestor {
+                return true;
+            }
+            if let Some(slot) = self.slots.get(key) {
+                pending.extend(slot.parents.iter().copied().filter(|&p| seen.insert(p)));
+            }
+        }
+        false
+    }
+
+    /// Takes child number `index` from `parent` and returns its key. The node stays in the scene.
+    ///
+    /// # Errors
+    ///
+    /// When `parent` names no node or has no such child.
+    pub fn remove_child(&mut self, parent: NodeKey, index: usize) -> Result<NodeKey, EditError> {
+        let count = self.slot(parent)?.children.len();
+        if index >= count {
+            return Err(EditError::NoSuchChild { index, count });
+        }
+        let child = self.slots[parent].children.remove(index);
+        if let Some(slot) = self.slots.get_mut(child)
+            && let Some(at) = slot.parents.iter().position(|&p| p == parent)
+        {
+            slot.parents.swap_remove(at);
+        }
+        self.touch(parent);
+        Ok(child)
+    }
+
+    /// Removes a node from the scene and from all its parents. Its children stay, without this parent.
+    ///
+    /// # Errors
+    ///
+    /// When the key names no node, or the root.
+    pub fn remove(&mut self, key: NodeKey) -> Result<Box<dyn Node>, EditError> {
+        if key == self.root {
+            return Err(EditError::Root);
+        }
+        self.slot(key)?;
+        self.touch(key);
+        let Some(slot) = self.slots.remove(key) else {
+            return Err(EditError::Removed);
+        };
+        for parent in slot.parents {
+            if let Some(parent) = self.slots.get_mut(parent) {
+                parent.children.retain(|&c| c != key);
+            }
+        }
+        for child in slot.children {
+            if let Some(child) = self.slots.get_mut(child) {
+                child.parents.retain(|&p| p != key);
+            }
+        }
+        if let Some(name) = slot.name {
+            self.names.remove(&name);
+        }
+        Ok(slot.node)
+    }
+
+    /// A node whatever its type.
+    #[must_use]
+    pub fn node(&self, key: NodeKey) -> Option<&dyn Node> {
+        self.slots.get(key).map(|s| s.node.as_ref())
+    }
+
+    /// A node of known type; `None` if the key names no node or one of another type.
+    #[must_use]
+    pub fn get<T: Node>(&self, key: NodeKey) -> Option<&T> {
+        let node: &dyn Any = self.node(key)?;
+        node.downcast_ref()
+    }
+
+    /// A node of known type to change. When the guard is dropped the versions of the node and of all that contain it are
+    /// raised.
+    #[must_use]
+    pub fn edit<T: Node>(&mut self, key: NodeKey) -> Option<Edit<'_, T>> {
+        self.get::<T>(key)?;
+        Some(Edit { scene: self, key, node: std::marker::PhantomData })
+    }
+
+    /// A node of any type to change, by its fields.
+    #[must_use]
+    pub fn edit_node(&mut self, key: NodeKey) -> Option<&mut dyn Node> {
+        self.touch(key);
+        self.slots.get_mut(key).map(|s| s.node.as_mut())
+    }
+
+    /// Children of a node in order; empty for what is no group.
+    #[must_use]
+    pub fn children(&self, key: NodeKey) -> &[NodeKey] {
+        self.slots.get(key).map_or(&[], |s| &s.children)
+    }
+
+    /// Parents of a node, one entry per occurrence.
+    #[must_use]
+    pub fn parents(&self, key: NodeKey) -> &[NodeKey] {
+        self.slots.get(key).map_or(&[], |s| &s.parents)
+    }
+
+    /// The version of the last edit of this node itself (its fields, name or list of children).
+    #[must_use]
+    pub fn node_version(&self, key: NodeKey) -> Option<u64> {
+        self.slots.get(key).map(|s| s.version)
+    }
+
+    /// The version of the last edit of this node or anything below it.
+    #[must_use]
+    pub fn subtree_version(&self, key: NodeKey) -> Option<u64> {
+        self.slots.get(key).map(|s| s.subtree_version)
+    }
+
+    fn touch(&mut self, key: NodeKey) {
+        self.version += 1;
+        let version = self.version;
+        if let Some(slot) = self.slots.get_mut(key) {
+            slot.version = version;
+        }
+        let mut pending = vec![key];
+        while let Some(key) = pending.pop() {
+            if let Some(slot) = self.slots.get_mut(key)
+                && slot.subtree_version != version
+            {
+                slot.subtree_version = version;
+                pending.extend_from_slice(&slot.parents);
+            }
+        }
+    }
+
+    /// The name of a node, as `Def` gives it in a file.
+    #[must_use]
+    pub fn name(&self, key: NodeKey) -> Option<&str> {
+        self.slots.get(key)?.name.as_deref()
+    }
+
+    /// The node with this name.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<NodeKey> {
+        self.names.get(name).copied()
+    }
+
+    /// All names, in alphabetical order.
+    #[must_use]
+    pub fn names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.names.keys().map(String::as_str).collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// Names a node, instead of the name it had.
+    ///
+    /// # Errors
+    ///
+    /// When the key names no node or another node has this name.
+    pub fn set_name(&mut self, key: NodeKey, name: impl Into<String>) -> Result<(), EditError> {
+        let name = name.into();
+        self.slot(key)?;
+        match self.names.get(&name) {
+            Some(&other) if other != key => return Err(EditError::NameTaken(name)),
+            _ => {}
+        }
+        self.names.insert(name.clone(), key);
+        if let Some(old) = self.slots[key].name.replace(name.clone())
+            && old != name
+        {
+            self.names.remove(&old);
+        }
+        self.touch(key);
+        Ok(())
+    }
+
+    /// Where the node was written in the scene's file.
+    #[must_use]
+    pub fn position(&self, key: NodeKey) -> Option<Position> {
+        self.slots.get(key)?.position
+    }
+
+    pub(crate) fn set_position(&mut self, key: NodeKey, position: Position) {
+        if let Some(slot) = self.slots.get_mut(key) {
+            slot.position = Some(position);
+        }
+    }
+
+    pub(crate) fn role(&self, key: NodeKey) -> Option<Role<'_>> {
+        self.slots.get(key).map(|s| s.node.role())
+    }
+}
+
+impl Slot {
+    fn new(node: Box<dyn Node>) -> Self {
+        Self {
+            node,
+            children: Vec::new(),
+            parents: Vec::new(),
+            name: None,
+            version: 0,
+            subtree_version: 0,
+            position: None,
+        }
+    }
+}
+
+/// A node being changed; see [`Scene::edit`].
+#[derive(Debug)]
+pub struct Edit<'s, T: Node> {
+    scene: &'s mut Scene,
+    key: NodeKey,
+    node: std::marker::PhantomData<&'s mut T>,
+}
+
+// The type and the presence of the node were checked when the guard was made, and it holds the scene exclusively.
+#[allow(clippy::expect_used, reason = "checked when the guard was made")]
+impl<T: Node> Deref for Edit<'_, T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        self.scene.get(self.key).expect("checked by Scene::edit")
+    }
+}
+
+#[allow(clippy::expect_used, reason = "checked when the guard was made")]
+impl<T: Node> DerefMut for Edit<'_, T> {
+    fn deref_mut(&mut self) -> &mut T {
+        let slot = self.scene.slots.get_mut(self.key).expect("checked by Scene::edit");
+        let node: &mut dyn Any = slot.node.as_mut();
+        node.downcast_mut().expect("checked by Scene::edit")
+    }
+}
+
+impl<T: Node> Drop for Edit<'_, T> {
+    fn drop(&mut self) {
+        self.scene.touch(self.key);
+    }
+}

@@ -1,0 +1,75 @@
+//! One occurrence of a node: the way to it from the root.
+
+use super::{NodeKey, Scene};
+
+/// The nodes from the root to one occurrence of a node, with the index of each among its parent's children.
+///
+/// A node with several parents has several paths.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
+pub struct Path {
+    steps: Vec<(NodeKey, usize)>,
+}
+
+impl Path {
+    /// A path with the root alone (or any other node to start from).
+    #[must_use]
+    pub fn new(root: NodeKey) -> Self {
+        Self { steps: vec![(root, 0)] }
+    }
+
+    /// Goes on to child number `index`, which is `child`.
+    pub fn push(&mut self, child: NodeKey, index: usize) {
+        self.steps.push((child, index));
+    }
+
+    /// Goes back to the parent.
+    pub fn pop(&mut self) -> Option<NodeKey> {
+        self.steps.pop().map(|(key, _)| key)
+    }
+
+    /// The node that the path leads to.
+    #[must_use]
+    pub fn tail(&self) -> Option<NodeKey> {
+        self.steps.last().map(|&(key, _)| key)
+    }
+
+    /// All nodes from the root on.
+    pub fn nodes(&self) -> impl DoubleEndedIterator<Item = NodeKey> + ExactSizeIterator + '_ {
+        self.steps.iter().map(|&(key, _)| key)
+    }
+
+    /// Index of each node after the first among its parent's children.
+    pub fn indices(&self) -> impl DoubleEndedIterator<Item = usize> + '_ {
+        self.steps.iter().skip(1).map(|&(_, index)| index)
+    }
+
+    /// Number of nodes.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Whether there is no node in it.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.steps.is_empty()
+    }
+
+    /// The path for people and JSON: for each node its name if it has one, else its kind and child index as
+    /// `Separator[2]`; the root without index.
+    #[must_use]
+    pub fn names(&self, scene: &Scene) -> Vec<String> {
+        self.steps
+            .iter()
+            .enumerate()
+            .map(|(depth, &(key, index))| {
+                let kind = scene.node(key).map_or("?", |n| n.info().kind);
+                match scene.name(key) {
+                    Some(name) => name.to_owned(),
+                    None if depth == 0 => kind.to_owned(),
+                    None => format!("{kind}[{index}]"),
+                }
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,65 @@
+//! Images decoded once, and what is derived from them, shared by all nodes that show the same.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::{Image, ImageError};
+use crate::terrain::{HeightField, HeightFieldError, Terrain};
+
+/// A cache keyed by file name, and by image identity and parameters. Everything is made when it is asked for first and
+/// kept as long as the scene.
+#[derive(Debug, Default)]
+pub struct Resources {
+    images: Mutex<HashMap<std::path::PathBuf, Result<Arc<Image>, ImageError>>>,
+    terrains: Mutex<HashMap<(u64, Option<u64>), TerrainResult>>,
+}
+
+type TerrainResult = Result<Arc<Terrain>, HeightFieldError>;
+
+impl Resources {
+    /// The image in a file, decoded when first asked for.
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError`]; the same error again for the same file until [`Resources::forget`] is called.
+    pub fn image(&self, path: &Path) -> Result<Arc<Image>, ImageError> {
+        let mut images = self.images.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = images.get(path) {
+            return found.clone();
+        }
+        let made = Image::open(path).map(Arc::new);
+        images.insert(path.to_owned(), made.clone());
+        made
+    }
+
+    /// The heights of an image with all that is derived from them.
+    ///
+    /// # Errors
+    ///
+    /// [`HeightFieldError`] when the image is too small or too large for a map.
+    pub fn terrain(&self, image: &Image, void_sample: Option<f64>) -> TerrainResult {
+        let key = (image.id(), void_sample.map(f64::to_bits));
+        let mut terrains = self.terrains.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = terrains.get(&key) {
+            return found.clone();
+        }
+        let field: Result<HeightField, _> = image.height_field(void_sample);
+        let made = field.map(|field| Arc::new(Terrain::new(field)));
+        terrains.insert(key, made.clone());
+        made
+    }
+
+    /// Number of images decoded so far.
+    #[must_use]
+    pub fn decoded(&self) -> usize {
+        let images = self.images.lock().unwrap_or_else(PoisonError::into_inner);
+        images.values().filter(|image| image.is_ok()).count()
+    }
+
+    /// Forgets all images, so that files are read again when next asked for.
+    pub fn forget(&self) {
+        self.images.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.terrains.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+}

@@ -1,0 +1,354 @@
+//! The map of heights: samples on an integer lattice at the depth of their file, and the surface they span.
+//!
+//! # Lattice coordinates
+//!
+//! Everything in [`crate::terrain`] speaks *lattice coordinates* `(u, v, w)`:
+//!
+//! * `u` counts columns eastward, `v` counts rows **southward**: sample `(c, r)` lies at `u = c`, `v = r`;
+//! * `w` is the *raw* sample value (0..65535 for 16-bit maps, the number itself for maps of floats).
+//!
+//! [`LatticeFrame`] maps them to the local frame of a node. Integers stay integers as long as possible: two patches
+//! that speak of one lattice point speak of the same bits.
+//!
+//! # The surface
+//!
+//! Cell `(c, r)` lies between samples `(c, r)` and `(c + 1, r + 1)` and is split along the diagonal that joins those
+//! two. This piecewise linear surface is what full detail draws, what an exact pick hits and what every error is
+//! measured against.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::{DAffine3, DMat3, DVec3};
+use thiserror::Error;
+
+/// Why a map of heights could not be made.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum HeightFieldError {
+    /// A surface needs at least one cell, that is 2 × 2 samples.
+    #[error("a height map needs at least 2 × 2 samples, this one has {columns} × {rows}")]
+    TooSmall {
+        /// Samples from west to east.
+        columns: u32,
+        /// Samples from north to south.
+        rows: u32,
+    },
+    /// Lattice indices have to fit f32's integers on the GPU.
+    #[error(
+        "a height map may have up to {limit} samples a side, this one has {columns} × {rows}",
+        limit = HeightField::MAX_SIDE
+    )]
+    TooLarge {
+        /// Samples from west to east.
+        columns: u32,
+        /// Samples from north to south.
+        rows: u32,
+    },
+    /// The number of values is not columns × rows.
+    #[error("{columns} × {rows} samples were announced, but {given} values were given")]
+    WrongCount {
+        /// Samples from west to east.
+        columns: u32,
+        /// Samples from north to south.
+        rows: u32,
+        /// Number of values that came.
+        given: usize,
+    },
+}
+
+/// The samples of a map at the depth they came in, row by row from the north-west corner.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Samples {
+    /// 16-bit intensities; 65535 is intensity 1.
+    U16(Vec<u16>),
+    /// Intensities as 32-bit floats, all finite; 1.0 is intensity 1, values outside 0..1 are allowed.
+    F32(Vec<f32>),
+}
+
+impl Samples {
+    fn len(&self) -> usize {
+        match self {
+            Samples::U16(s) => s.len(),
+            Samples::F32(s) => s.len(),
+        }
+    }
+
+    /// Factor from a raw sample to an intensity: 1/65535 for 16-bit samples, 1 for floats.
+    #[must_use]
+    pub fn intensity_scale(&self) -> f64 {
+        match self {
+            Samples::U16(_) => 1.0 / 65535.0,
+            Samples::F32(_) => 1.0,
+        }
+    }
+
+    /// Bytes that the samples occupy.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        match self {
+            Samples::U16(s) => size_of_val(s.as_slice()),
+            Samples::F32(s) => size_of_val(s.as_slice()),
+        }
+    }
+}
+
+/// A rectangular map of heights with at least 2 × 2 samples. Immutable once made; clones are cheap only through `Arc`.
+///
+/// # Example
+///
+/// ```
+/// use seamount::terrain::{HeightField, Voids};
+///
+/// let field = HeightField::from_u16(3, 2, vec![0, 10, 20, 10, 20, 0], Voids::default())?;
+/// assert_eq!((field.columns(), field.rows()), (3, 2));
+/// assert_eq!(field.raw(1, 0), 10.0);
+/// // Half way along the diagonal of cell (0, 0), from sample (0, 0) to sample (1, 1):
+/// assert_eq!(field.surface(0.5, 0.5), Some(10.0));
+/// # Ok::<(), seamount::terrain::HeightFieldError>(())
+/// ```
+#[derive(Debug)]
+pub struct HeightField {
+    columns: u32,
+    rows: u32,
+    samples: Samples,
+    voids: Option<BitGrid>,
+    id: u64,
+}
+
+/// Which samples of a source map carry no height.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Voids {
+    /// The raw value that marks a void, in units of the samples given. Samples that are NaN or infinite are void
+    /// whatever is said here.
+    pub sample: Option<f64>,
+}
+
+/// A bit per sample.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct BitGrid {
+    columns: u32,
+    words: Vec<u64>,
+}
+
+impl BitGrid {
+    pub(crate) fn new(columns: u32, rows: u32) -> Self {
+        let bits = columns as usize * rows as usize;
+        Self { columns, words: vec![0; bits.div_ceil(64)] }
+    }
+
+    fn index(&self, c: u32, r: u32) -> usize {
+        r as usize * self.columns as usize + c as usize
+    }
+
+    pub(crate) fn set(&mut self, c: u32, r: u32) {
+        let i = self.index(c, r);
+        if let Some(word) = self.words.get_mut(i / 64) {
+            *word |= 1 << (i % 64);
+        }
+    }
+
+    pub(crate) fn get(&self, c: u32, r: u32) -> bool {
+        let i = self.index(c, r);
+        self.words.get(i / 64).is_some_and(|word| word >> (i % 64) & 1 == 1)
+    }
+
+    pub(crate) fn count(&self) -> u64 {
+        self.words.iter().map(|w| u64::from(w.count_ones())).sum()
+    }
+}
+
+/// Identities are never reused, so that what is derived from a map (trees, GPU textures) can be kept by identity.
+static NEXT_ID: AtomicU64 = AtomicU64::new(1);
+
+impl HeightField {
+    /// Largest number of samples along a side: 2²⁴, the integers that f32 holds exactly on the GPU.
+    pub const MAX_SIDE: u32 = 1 << 24;
+
+    /// A map of 16-bit intensities, row by row from the north-west corner. Voids are filled smoothly from their border.
+    ///
+    /// # Errors
+    ///
+    /// [`HeightFieldError`] when there are fewer than 2 × 2 samples, too many, or the count does not match.
+    pub fn from_u16(columns: u32, rows: u32, samples: Vec<u16>, voids: Voids) -> Result<Self, HeightFieldError> {
+        let marker = voids.sample;
+        Self::new(columns, rows, Samples::U16(samples), |raw| marker == Some(raw))
+    }
+
+    /// A map of intensities as floats, row by row from the north-west corner. NaN and infinite samples are voids.
+    ///
+    /// With `max_height` 1 and `base_height` 0 on the node the values are heights in the node's own units.
+    ///
+    /// # Errors
+    ///
+    /// As for [`HeightField::from_u16`].
+    pub fn from_f32(columns: u32, rows: u32, samples: Vec<f32>, voids: Voids) -> Result<Self, HeightFieldError> {
+        let marker = voids.sample;
+        Self::new(columns, rows, Samples::F32(samples), |raw| !raw.is_finite() || marker == Some(raw))
+    }
+
+    fn new(columns: u32, rows: u32, samples: Samples, is_void: impl Fn(f64) -> bool) -> Result<Self, HeightFieldError> {
+        if columns < 2 || rows < 2 {
+            return Err(HeightFieldError::TooSmall { columns, rows });
+        }
+        if columns > Self::MAX_SIDE || rows > Self::MAX_SIDE {
+            return Err(HeightFieldError::TooLarge { columns, rows });
+        }
+        if samples.len() as u64 != u64::from(columns) * u64::from(rows) {
+            return Err(HeightFieldError::WrongCount { columns, rows, given: samples.len() });
+        }
+        let mut field = Self { columns, rows, samples, voids: None, id: NEXT_ID.fetch_add(1, Ordering::Relaxed) };
+        let mut mask: Option<BitGrid> = None;
+        for r in 0..rows {
+            for c in 0..columns {
+                if is_void(field.raw(c, r)) {
+                    mask.get_or_insert_with(|| BitGrid::new(columns, rows)).set(c, r);
+                }
+            }
+        }
+        if let Some(mask) = mask {
+            super::fill::fill(columns, rows, &mut field.samples, &mask);
+            field.voids = Some(mask);
+        }
+        Ok(field)
+    }
+
+    /// Samples from west to east, at least 2.
+    #[must_use]
+    pub fn columns(&self) -> u32 {
+        self.columns
+    }
+
+    /// Samples from north to south, at least 2.
+    #[must_use]
+    pub fn rows(&self) -> u32 {
+        self.rows
+    }
+
+    /// Cells along u and v: one less than the samples.
+    #[must_use]
+    pub fn cells(&self) -> [u32; 2] {
+        [self.columns - 1, self.rows - 1]
+    }
+
+    /// The samples, voids filled.
+    #[must_use]
+    pub fn samples(&self) -> &Samples {
+        &self.samples
+    }
+
+    /// An identity that no other map of this process has or will have.
+    #[must_use]
+    pub fn id(&self) -> u64 {
+        self.id
+    }
+
+    /// How many samples of the source were void.
+    #[must_use]
+    pub fn void_count(&self) -> u64 {
+        self.voids.as_ref().map_or(0, BitGrid::count)
+    }
+
+    /// Whether sample `(c, r)` was void in the source (its height is then an interpolation).
+    #[must_use]
+    pub fn is_void(&self, c: u32, r: u32) -> bool {
+        c < self.columns && r < self.rows && self.voids.as_ref().is_some_and(|v| v.get(c, r))
+    }
+
+    /// Raw value of sample `(c, r)`; indices beyond the map read its border.
+    #[inline]
+    #[must_use]
+    pub fn raw(&self, c: u32, r: u32) -> f64 {
+        let c = c.min(self.columns - 1) as usize;
+        let r = r.min(self.rows - 1) as usize;
+        let i = r * self.columns as usize + c;
+        match &self.samples {
+            Samples::U16(s) => s.get(i).map_or(0.0, |&v| f64::from(v)),
+            Samples::F32(s) => s.get(i).map_or(0.0, |&v| f64::from(v)),
+        }
+    }
+
+    /// Raw height of the full-resolution surface at `(u, v)`, or `None` outside the map (or for NaN).
+    #[must_use]
+    pub fn surface(&self, u: f64, v: f64) -> Option<f64> {
+        let [cells_u, cells_v] = self.cells();
+        if !(u >= 0.0 && v >= 0.0 && u <= f64::from(cells_u) && v <= f64::from(cells_v)) {
+            return None;
+        }
+        let c = (u as u32).min(cells_u - 1);
+        let r = (v as u32).min(cells_v - 1);
+        let (fu, fv) = (u - f64::from(c), v - f64::from(r));
+        let (h00, h11) = (self.raw(c, r), self.raw(c + 1, r + 1));
+        Some(if fu >= fv {
+            let h10 = self.raw(c + 1, r);
+            h00 + fu * (h10 - h00) + fv * (h11 - h10)
+        } else {
+            let h01 = self.raw(c, r + 1);
+            h00 + fv * (h01 - h00) + fu * (h11 - h01)
+        })
+    }
+
+    /// Gradient of the raw heights at sample `(c, r)` by central differences (one-sided on the border), per cell along
+    /// u and v. Normals for shading come from it, so that they do not depend on the detail drawn.
+    #[must_use]
+    pub fn gradient(&self, c: u32, r: u32) -> [f64; 2] {
+        let (c, r) = (c.min(self.columns - 1), r.min(self.rows - 1));
+        let (w, e) = (c.saturating_sub(1), (c + 1).min(self.columns - 1));
+        let (n, s) = (r.saturating_sub(1), (r + 1).min(self.rows - 1));
+        [(self.raw(e, r) - self.raw(w, r)) / f64::from(e - w), (self.raw(c, s) - self.raw(c, n)) / f64::from(s - n)]
+    }
+}
+
+/// Where a map lies in the local frame of its node: x east along columns, y north (row 0 has the largest y), z up, the
+/// origin at the south-west corner.
+///
+/// # Example
+///
+/// ```
+/// use glam::DVec3;
+/// use seamount::terrain::LatticeFrame;
+///
+/// // 3 × 2 samples, 16-bit, cells of 10 × 20 units, heights in units above -1000.
+/// let frame = LatticeFrame { cells: [2, 1], cell_size: [10.0, 20.0], base: -1000.0, z_step: 1.0 };
+/// assert_eq!(frame.local(DVec3::new(0.0, 0.0, 1500.0)), DVec3::new(0.0, 20.0, 500.0));
+/// assert_eq!(frame.lattice(DVec3::new(20.0, 0.0, 500.0)), DVec3::new(2.0, 1.0, 1500.0));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LatticeFrame {
+    /// Cells along u and v.
+    pub cells: [u32; 2],
+    /// Size of a cell along x and y, in local units; positive and finite.
+    pub cell_size: [f64; 2],
+    /// Local z of raw value 0.
+    pub base: f64,
+    /// Local z per raw unit; may be zero or negative.
+    pub z_step: f64,
+}
+
+impl LatticeFrame {
+    /// The affine map from lattice coordinates (u, v, w) to local coordinates (x, y, z).
+    #[must_use]
+    pub fn to_local(&self) -> DAffine3 {
+        let [dx, dy] = self.cell_size;
+        DAffine3 {
+            matrix3: DMat3::from_diagonal(DVec3::new(dx, -dy, self.z_step)),
+            translation: DVec3::new(0.0, f64::from(self.cells[1]) * dy, self.base),
+        }
+    }
+
+    /// Local coordinates of a lattice point. A lattice point gets the same bits whoever asks.
+    #[inline]
+    #[must_use]
+    pub fn local(&self, lattice: DVec3) -> DVec3 {
+        let [dx, dy] = self.cell_size;
+        DVec3::new(lattice.x * dx, (f64::from(self.cells[1]) - lattice.y) * dy, self.base + lattice.z * self.z_step)
+    }
+
+    /// Lattice coordinates of a local point; w is 0 where the map is flat by construction (`z_step` 0).
+    #[inline]
+    #[must_use]
+    pub fn lattice(&self, local: DVec3) -> DVec3 {
+        let [dx, dy] = self.cell_size;
+        let w = if self.z_step == 0.0 { 0.0 } else { (local.z - self.base) / self.z_step };
+        DVec3::new(local.x / dx, f64::from(self.cells[1]) - local.y / dy, w)
+    }
+}

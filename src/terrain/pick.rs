@@ -1,0 +1,564 @@
+//! Where a ray meets the four coarse triangles of the active patches.
+//!
+//! # The surface
+//!
+//! Each active patch is replaced by a fan: its four corners and its centre (clamped to the map like all vertices) span
+//! four triangles, one per side. The fan's corners are samples, so it lies between the patch's smallest and largest
+//! height; how far it is from the full-resolution surface is known per patch ([`FanErrors`]). Where patches of different
+//! size meet, their fans leave a gap; it is closed by a vertical wall.
+//!
+//! # The walk
+//!
+//! Along the ray, f(t) = w_ray(t) − h(u(t), v(t)) is the height above the surface. The patch tree is walked front to back:
+//! the ray's interval is split where it crosses grid lines, each crossing computed once from the line's integer index, so
+//! that both neighbours use the same bits and no gap or overlap can open between them. A block is skipped when the ray
+//! stays above its largest or below its smallest height. Inside a patch the interval is split at the fan's spokes. The
+//! *sign* of f is carried from piece to piece: a change is a hit wherever it is seen, inside a triangle, or at the border
+//! of two patches (a wall, or rounding). Only crossings count, not mere touching; a ray that starts or ends exactly on the
+//! surface hits it there.
+//!
+//! Steps go from grid line to grid line by integer index, never by "a little further", so their number is bounded: each
+//! level of the tree visits at most `columns + rows` blocks.
+
+use glam::DVec3;
+
+use super::height_field::HeightField;
+use super::hierarchy::{Hierarchy, PatchId};
+use super::parts::Side;
+use super::pyramid::MinMaxPyramid;
+use super::selection::Selection;
+
+/// A place where a ray meets a terrain, in lattice coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TerrainHit {
+    /// Ray parameter.
+    pub t: f64,
+    /// Column coordinate, row coordinate and raw height of the point.
+    pub point: DVec3,
+    /// Slope ∂w/∂u and ∂w/∂v of the surface there, in raw units per cell; for a wall that of the patch that was entered.
+    pub gradient: [f64; 2],
+    /// For a wall between patches of different size: the side of the entered patch that it stands on.
+    pub wall: Option<Side>,
+    /// The patch.
+    pub patch: PatchId,
+    /// Which of its four triangles: the one at this side.
+    pub triangle: Side,
+    /// No point of the full-resolution surface is vertically further from the coarse one in this patch, in raw units.
+    pub error: f64,
+    /// Whether the ray goes into the ground here (from above); otherwise it comes out.
+    pub entering: bool,
+}
+
+/// The fan of a patch: corners north-west, north-east, south-east, south-west, and the centre, with raw heights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fan {
+    /// The corners clockwise from the north-west; the triangle at side k has corners k, k + 1 and the centre.
+    pub corners: [DVec3; 4],
+    /// The centre.
+    pub center: DVec3,
+}
+
+fn cross(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
+}
+
+impl Fan {
+    /// The fan of a patch.
+    #[must_use]
+    pub fn new(field: &HeightField, tree: &Hierarchy, patch: PatchId) -> Self {
+        let [[u0, v0], [u1, v1]] = tree.extent(patch);
+        let half = tree.size(patch.level) / 2;
+        let sample = |u: u32, v: u32| DVec3::new(f64::from(u), f64::from(v), field.raw(u, v));
+        Self {
+            corners: [sample(u0, v0), sample(u1, v0), sample(u1, v1), sample(u0, v1)],
+            center: sample((u0 + half).min(u1), (v0 + half).min(v1)),
+        }
+    }
+
+    /// Corners of the triangle at a side: along the side clockwise, then the centre.
+    #[must_use]
+    pub fn triangle(&self, side: Side) -> [DVec3; 3] {
+        let k = side as usize;
+        [self.corners[k], self.corners[(k + 1) % 4], self.center]
+    }
+
+    /// The triangle that a point of the patch lies in. On a border any of the triangles there, never one without area.
+    #[must_use]
+    pub fn side_at(&self, u: f64, v: f64) -> Side {
+        let p = DVec3::new(u, v, 0.0);
+        let mut best = (f64::NEG_INFINITY, Side::North);
+        for side in Side::ALL {
+            let [a, b, c] = self.triangle(side);
+            let area = cross(a, b, c);
+            if area == 0.0 {
+                continue;
+            }
+            // Least of the barycentric coordinates: the triangle in which the point lies deepest.
+            let depth = (cross(a, b, p) / area).min(cross(b, c, p) / area).min(cross(c, a, p) / area);
+            if depth > best.0 {
+                best = (depth, side);
+            }
+        }
+        best.1
+    }
+
+    /// Slope ∂w/∂u, ∂w/∂v of the triangle at a side; zero if it has no area.
+    #[must_use]
+    pub fn gradient(&self, side: Side) -> [f64; 2] {
+        let [a, b, c] = self.triangle(side);
+        let area = cross(a, b, c);
+        if area == 0.0 {
+            return [0.0, 0.0];
+        }
+        let (e, f) = (b - a, c - a);
+        [(e.z * f.y - f.z * e.y) / area, (f.z * e.x - e.z * f.x) / area]
+    }
+
+    /// Raw height of the fan at a point of the patch, in the triangle at `side`.
+    #[must_use]
+    pub fn height(&self, side: Side, u: f64, v: f64) -> f64 {
+        let [gu, gv] = self.gradient(side);
+        // From the nearest corner on a flat side this would be exact; from the centre it is within a few ulp.
+        self.center.z + gu * (u - self.center.x) + gv * (v - self.center.y)
+    }
+}
+
+/// Largest vertical distance between the fan of each patch and the full-resolution surface.
+#[derive(Debug)]
+pub struct FanErrors {
+    errors: Vec<f32>,
+}
+
+impl FanErrors {
+    /// Measures all patches of a tree, on all cores.
+    ///
+    /// The difference of two piecewise linear surfaces is largest at a corner of their overlay: at a sample, or where a
+    /// spoke of the fan crosses a grid line or a cell's diagonal. All of these are tried, so the value is exact up to
+    /// rounding (outwards, to f32).
+    #[must_use]
+    pub fn new(field: &HeightField, tree: &Hierarchy) -> Self {
+        use rayon::prelude::*;
+        let mut errors = vec![0.0f32; tree.len()];
+        for level in 0..=tree.depth() {
+            let patches: Vec<PatchId> = tree.patches(level).collect();
+            let Some(&first) = patches.first() else {
+                continue;
+            };
+            let start = tree.index(first);
+            let target = &mut errors[start..start + patches.len()];
+            target.par_iter_mut().zip(patches).for_each(|(error, patch)| {
+                let exact = fan_error(field, tree, patch);
+                let rounded = exact as f32;
+                *error = if f64::from(rounded) < exact { rounded.next_up() } else { rounded };
+            });
+        }
+        Self { errors }
+    }
+
+    /// The largest error in a patch, in raw units.
+    #[must_use]
+    pub fn get(&self, tree: &Hierarchy, patch: PatchId) -> f64 {
+        self.errors.get(tree.index(patch)).map_or(f64::INFINITY, |&e| f64::from(e))
+    }
+}
+
+/// The largest vertical distance between one patch's fan and the full-resolution surface, in raw units.
+#[must_use]
+pub fn fan_error(field: &HeightField, tree: &Hierarchy, patch: PatchId) -> f64 {
+    let fan = Fan::new(field, tree, patch);
+    let [[u0, v0], [u1, v1]] = tree.extent(patch);
+    let mut worst: f64 = 0.0;
+    for v in v0..=v1 {
+        for u in u0..=u1 {
+            let (x, y) = (f64::from(u), f64::from(v));
+            worst = worst.max((fan.height(fan.side_at(x, y), x, y) - field.raw(u, v)).abs());
+        }
+    }
+    for corner in fan.corners {
+        let (du, dv) = (fan.center.x - corner.x, fan.center.y - corner.y);
+        let mut at = |s: f64| {
+            if (0.0..=1.0).contains(&s) {
+                let height = corner.z + s * (fan.center.z - corner.z);
+                if let Some(surface) = field.surface(corner.x + s * du, corner.y + s * dv) {
+                    worst = worst.max((height - surface).abs());
+                }
+            }
+        };
+        // Crossings with lines u = k, v = k and u − v = k.
+        for (start, delta) in [(corner.x, du), (corner.y, dv), (corner.x - corner.y, du - dv)] {
+            let steps = delta.abs() as u32;
+            for k in 1..steps {
+                at(f64::from(k) / delta.abs());
+            }
+            debug_assert!(start.fract() == 0.0, "corners are lattice points");
+        }
+    }
+    worst
+}
+
+/// A ray in lattice coordinates with the range of its parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LatticeRay {
+    /// Where t = 0 is.
+    pub origin: DVec3,
+    /// Any length but zero.
+    pub direction: DVec3,
+    /// Smallest t.
+    pub near: f64,
+    /// Largest t; may be infinite.
+    pub far: f64,
+}
+
+impl LatticeRay {
+    fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.direction * t
+    }
+
+    /// The part of the parameter range over the map, `None` if there is none.
+    fn clipped(&self, cells: [u32; 2]) -> Option<(f64, f64)> {
+        let (mut near, mut far) = (self.near, self.far);
+        for (o, d, cells) in [(self.origin.x, self.direction.x, cells[0]), (self.origin.y, self.direction.y, cells[1])]
+        {
+            let last = f64::from(cells);
+            if d == 0.0 {
+                if !(0.0..=last).contains(&o) {
+                    return None;
+                }
+            } else {
+                let (a, b) = ((0.0 - o) / d, (last - o) / d);
+                near = near.max(a.min(b));
+                far = far.min(a.max(b));
+            }
+        }
+        (near <= far).then_some((near, far))
+    }
+}
+
+/// What a pick on the coarse surface needs.
+#[derive(Debug, Clone, Copy)]
+pub struct CoarseSurface<'t> {
+    /// The heights.
+    pub field: &'t HeightField,
+    /// Their min/max tree.
+    pub pyramid: &'t MinMaxPyramid,
+    /// The patches.
+    pub tree: &'t Hierarchy,
+    /// Which of them are active.
+    pub selection: &'t Selection,
+    /// The error of each.
+    pub errors: &'t FanErrors,
+}
+
+struct Walk<'t, 'f> {
+    surface: CoarseSurface<'t>,
+    ray: LatticeRay,
+    /// +1 above, −1 below, 0 not known yet.
+    sign: i8,
+    /// Whether f was exactly 0 at the end of the last piece, and from which t on.
+    zero_since: Option<f64>,
+    /// The patch of the last piece that was looked at closely.
+    last: Option<PatchId>,
+    found: &'f mut dyn FnMut(TerrainHit) -> bool,
+}
+
+impl CoarseSurface<'_> {
+    /// Calls `found` with the crossings of the ray with the surface, in order of t, each once, until it returns `false`.
+    pub fn intersect(&self, ray: &LatticeRay, found: &mut dyn FnMut(TerrainHit) -> bool) {
+        let Some((near, far)) = ray.clipped(self.tree.cells()) else {
+            return;
+        };
+        let mut walk = Walk { surface: *self, ray: *ray, sign: 0, zero_since: None, last: None, found };
+        let [columns, rows] = self.tree.grid(0);
+        walk.grid(0, [0, 0], [columns, rows], near, far);
+    }
+}
+
+/// The blocks of one axis along a ray: lines at k · size.
+#[derive(Debug, Clone, Copy)]
+struct Axis {
+    origin: f64,
+    direction: f64,
+    size: f64,
+    first: u32,
+    last: u32,
+}
+
+impl Axis {
+    /// Parameter at which the ray crosses line k. The same bits for all who ask.
+    fn line(&self, k: u32) -> f64 {
+        (f64::from(k) * self.size - self.origin) / self.direction
+    }
+
+    /// The block of `first..last` in which the ray is at `t`, by the same comparisons that stepping uses.
+    fn block(&self, t: f64) -> u32 {
+        let guess = ((self.origin + self.direction * t) / self.size).floor();
+        let mut k = (guess.max(0.0) as u32).clamp(self.first, self.last - 1);
+        if self.direction > 0.0 {
+            while k > self.first && self.line(k) > t {
+                k -= 1;
+            }
+            while k + 1 < self.last && self.line(k + 1) <= t {
+                k += 1;
+            }
+        } else if self.direction < 0.0 {
+            while k + 1 < self.last && self.line(k + 1) > t {
+                k += 1;
+            }
+            while k > self.first && self.line(k) <= t {
+                k -= 1;
+            }
+        }
+        k
+    }
+
+    /// Where the ray leaves block k; infinity along lines.
+    fn leaves(&self, k: u32) -> f64 {
+        match self.direction {
+            d if d > 0.0 => self.line(k + 1),
+            d if d < 0.0 => self.line(k),
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// The next block, `None` past the end.
+    fn next(&self, k: u32) -> Option<u32> {
+        let next = if self.direction > 0.0 { k + 1 } else { k.checked_sub(1)? };
+        (self.first..self.last).contains(&next).then_some(next)
+    }
+}
+
+impl Walk<'_, '_> {
+    /// Walks the blocks `first..last` of a level between two parameters. `false` when nothing more is wanted.
+    fn grid(&mut self, level: u8, first: [u32; 2], last: [u32; 2], near: f64, far: f64) -> bool {
+        let size = f64::from(self.surface.tree.size(level));
+        let (o, d) = (self.ray.origin, self.ray.direction);
+        let u = Axis { origin: o.x, direction: d.x, size, first: first[0], last: last[0] };
+        let v = Axis { origin: o.y, direction: d.y, size, first: first[1], last: last[1] };
+        let (mut column, mut row) = (u.block(near), v.block(near));
+        let mut t = near;
+        // Each step goes on by one column or one row.
+        for _ in 0..=(last[0] - first[0]) + (last[1] - first[1]) {
+            let (leave_u, leave_v) = (u.leaves(column), v.leaves(row));
+            let leave = leave_u.min(leave_v).min(far).max(t);
+            if !self.patch(PatchId { level, column, row }, t, leave) {
+                return false;
+            }
+            t = leave;
+            if t >= far {
+                return true;
+            }
+            let next =
+                if leave_u <= leave_v { u.next(column).map(|c| (c, row)) } else { v.next(row).map(|r| (column, r)) };
+            match next {
+                Some((c, r)) => (column, row) = (c, r),
+                // Rounding of the clip may leave a rest beyond the last line.
+                None => return true,
+            }
+        }
+        debug_assert!(false, "a walk over a grid takes at most columns + rows steps");
+        true
+    }
+
+    fn patch(&mut self, patch: PatchId, near: f64, far: f64) -> bool {
+        let CoarseSurface { pyramid, tree, selection, .. } = self.surface;
+        let [low, high] = pyramid.range(tree.size(patch.level), patch.column, patch.row);
+        // An infinite far end belongs to a vertical ray.
+        let height = |t: f64| {
+            if t.is_finite() { self.ray.at(t).z } else { self.ray.direction.z * f64::INFINITY }
+        };
+        let (a, b) = (height(near), height(far));
+        if a.min(b) > high {
+            return self.skip(patch, near, far, 1);
+        }
+        if a.max(b) < low {
+            return self.skip(patch, near, far, -1);
+        }
+        if selection.is_split(tree, patch) {
+            let r = tree.resolutions().branching();
+            let [columns, rows] = tree.grid(patch.level + 1);
+            let first = [patch.column * r, patch.row * r];
+            let last = [(first[0] + r).min(columns), (first[1] + r).min(rows)];
+            return self.grid(patch.level + 1, first, last, near, far);
+        }
+        self.fan(patch, near, far)
+    }
+
+    /// A block that the ray passes wholly above or below.
+    fn skip(&mut self, patch: PatchId, near: f64, far: f64, sign: i8) -> bool {
+        if self.sign == 0 || self.sign == sign {
+            self.sign = sign;
+            self.zero_since = None;
+            self.last = None;
+            return true;
+        }
+        // The sign changed at the border: look closely, so that the hit gets its patch.
+        if self.surface.selection.is_split(self.surface.tree, patch) {
+            let r = self.surface.tree.resolutions().branching();
+            let [columns, rows] = self.surface.tree.grid(patch.level + 1);
+            let first = [patch.column * r, patch.row * r];
+            let last = [(first[0] + r).min(columns), (first[1] + r).min(rows)];
+            return self.grid(patch.level + 1, first, last, near, far);
+        }
+        self.fan(patch, near, far)
+    }
+
+    fn fan(&mut self, patch: PatchId, near: f64, far: f64) -> bool {
+        let fan = Fan::new(self.surface.field, self.surface.tree, patch);
+        let d = self.ray.direction;
+        if d.x == 0.0 && d.y == 0.0 {
+            return self.vertical(&fan, patch, near, far);
+        }
+        // Spokes that the ray's line crosses: each corner and the centre lie on one side of the line.
+        let side_of = |p: DVec3| d.x * (p.y - self.ray.origin.y) - d.y * (p.x - self.ray.origin.x);
+        let center = side_of(fan.center);
+        let mut cuts = [near; 6];
+        let mut count = 1;
+        for corner in fan.corners {
+            let s = side_of(corner);
+            if (s < 0.0) != (center < 0.0) {
+                let along = s / (s - center);
+                let p = corner + (fan.center - corner) * along;
+                let t = if d.x.abs() >= d.y.abs() {
+                    (p.x - self.ray.origin.x) / d.x
+                } else {
+                    (p.y - self.ray.origin.y) / d.y
+                };
+                if t > near && t < far {
+                    cuts[count] = t;
+                    count += 1;
+                }
+            }
+        }
+        cuts[1..count].sort_unstable_by(f64::total_cmp);
+        cuts[count] = far;
+        for k in 0..count {
+            let (from, to) = (cuts[k], cuts[k + 1]);
+            let middle = self.ray.at(0.5 * (from + to));
+            let side = fan.side_at(middle.x, middle.y);
+            let above = |t: f64| {
+                let p = self.ray.at(t);
+                p.z - fan.height(side, p.x, p.y)
+            };
+            let (f0, f1) = (above(from), above(to));
+            if !self.piece(&fan, patch, side, [from, to], [f0, f1], k == 0) {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// A vertical ray meets the surface once.
+    fn vertical(&mut self, fan: &Fan, patch: PatchId, near: f64, far: f64) -> bool {
+        let (o, d) = (self.ray.origin, self.ray.direction.z);
+        let side = fan.side_at(o.x, o.y);
+        let t = (fan.height(side, o.x, o.y) - o.z) / d;
+        if t >= near && t <= far {
+            return self.report(fan, patch, side, t, None, d < 0.0);
+        }
+        true
+    }
+
+    /// A piece of the ray over one triangle, with f at its ends.
+    fn piece(
+        &mut self,
+        fan: &Fan,
+        patch: PatchId,
+        side: Side,
+        [t0, t1]: [f64; 2],
+        [f0, f1]: [f64; 2],
+        enters: bool,
+    ) -> bool {
+        for (t, f, start) in [(t0, f0, true), (t1, f1, false)] {
+            if f == 0.0 {
+                // On the surface: a crossing only if the sign is another afterwards. At the ends of the ray it is a hit.
+                let end = t <= self.ray.near || t >= self.ray.far;
+                if end && self.zero_since.is_none() {
+                    let entering = if start { f1 < 0.0 } else { f0 > 0.0 };
+                    if !self.report(fan, patch, side, t, None, entering) {
+                        return false;
+                    }
+                    // Counted: what follows is on the other side, or leaves again.
+                    self.sign = 0;
+                }
+                self.zero_since.get_or_insert(t);
+                continue;
+            }
+            let sign = if f > 0.0 { 1 } else { -1 };
+            if self.sign != 0 && sign != self.sign {
+                let crossing = match (self.zero_since, start) {
+                    (Some(zero), _) => zero,
+                    // At the border of two pieces: a wall between patches of unequal size, or rounding.
+                    (None, true) => t,
+                    (None, false) => t0 + (t1 - t0) * (f0 / (f0 - f1)),
+                };
+                let wall = (start && enters && self.zero_since.is_none())
+                    .then(|| self.entered_side(patch, t))
+                    .flatten()
+                    .filter(|&side| self.unequal(patch, side));
+                if !self.report(fan, patch, side, crossing, wall, sign < 0) {
+                    return false;
+                }
+            }
+            self.sign = sign;
+            self.zero_since = None;
+        }
+        self.last = Some(patch);
+        true
+    }
+
+    /// Whether the patch that was left last is of another level.
+    fn unequal(&self, patch: PatchId, side: Side) -> bool {
+        match self.last {
+            Some(last) => last.level != patch.level,
+            // The neighbour was skipped as a block: see whether its fan can differ.
+            None => self
+                .surface
+                .tree
+                .neighbour(patch, side)
+                .is_some_and(|n| self.surface.selection.active(self.surface.tree, n).is_none()),
+        }
+    }
+
+    /// The side through which the ray came into a patch at t.
+    fn entered_side(&self, patch: PatchId, t: f64) -> Option<Side> {
+        let [[u0, v0], [u1, v1]] = self.surface.tree.extent(patch);
+        let p = self.ray.at(t);
+        let d = self.ray.direction;
+        let candidates = [
+            (d.x > 0.0, (p.x - f64::from(u0)).abs(), Side::West),
+            (d.x < 0.0, (p.x - f64::from(u1)).abs(), Side::East),
+            (d.y > 0.0, (p.y - f64::from(v0)).abs(), Side::North),
+            (d.y < 0.0, (p.y - f64::from(v1)).abs(), Side::South),
+        ];
+        candidates.into_iter().filter(|c| c.0).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(_, _, side)| side)
+    }
+
+    fn report(&mut self, fan: &Fan, patch: PatchId, side: Side, t: f64, wall: Option<Side>, entering: bool) -> bool {
+        let tree = self.surface.tree;
+        let mut error = self.surface.errors.get(tree, patch);
+        let mut point = self.ray.at(t);
+        if let Some(wall) = wall {
+            // A wall stands between two fans: the larger of the two bounds.
+            let other = self.last.or_else(|| tree.neighbour(patch, wall)).map(|p| self.covering(p));
+            error = other.map_or(error, |p| error.max(self.surface.errors.get(tree, p)));
+        } else {
+            let cells = tree.cells();
+            let (u, v) = (point.x.clamp(0.0, f64::from(cells[0])), point.y.clamp(0.0, f64::from(cells[1])));
+            point = DVec3::new(u, v, fan.height(side, u, v));
+        }
+        let hit = TerrainHit { t, point, gradient: fan.gradient(side), wall, patch, triangle: side, error, entering };
+        (self.found)(hit)
+    }
+
+    /// The patch itself or the active one that contains it.
+    fn covering(&self, mut patch: PatchId) -> PatchId {
+        let (tree, selection) = (self.surface.tree, self.surface.selection);
+        while selection.active(tree, patch).is_none()
+            && !selection.is_split(tree, patch)
+            && let Some(parent) = tree.parent(patch)
+        {
+            patch = parent;
+        }
+        patch
+    }
+}
