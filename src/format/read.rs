@@ -235,16 +235,17 @@ impl<'t> Reader<'t, '_> {
                 (at, Problem::NotFinite { field: field.to_owned(), number })
             }
             Err(FieldError::Syntax(error)) => {
-                // What was looked at when the value turned out wrong, or where the parser stood when it saw the wrong sign.
-                let ron = match &error.code {
+                // A plain value is wrong as a whole. In a list it is where the parser stood, or started to read what then
+                // turned out wrong.
+                let position = match &error.code {
+                    _ if !raw.contains(['(', '[', '{']) => Position { line: 1, column: 1 },
                     ron::Error::IntegerOutOfBounds
                     | ron::Error::InvalidValueForType { .. }
                     | ron::Error::ExpectedDifferentLength { .. }
-                    | ron::Error::NoSuchEnumVariant { .. } => error.span.start,
-                    _ => error.span.end,
+                    | ron::Error::NoSuchEnumVariant { .. } => of_ron(error.span.start),
+                    _ => of_ron(error.span.end),
                 };
-                let part = Position { line: ron.line, column: ron.col };
-                let at = within(self.position(raw), part).max(self.value_position(raw));
+                let at = within(self.position(raw), position).max(self.value_position(raw));
                 let reason = syntax::reason(&error.code);
                 (at, Problem::WrongValue { field: field.to_owned(), takes: takes(), reason })
             }
@@ -301,14 +302,16 @@ impl<'t> Reader<'t, '_> {
 
     /// ron's complaint in the words of a scene's author.
     fn syntax_mistake(&self, error: &ron::error::SpannedError) -> Mistake {
-        let position = Position { line: error.span.end.line, column: error.span.end.col };
+        let position = of_ron(error.span.end);
+        if skip_blank(self.text, 0) == self.text.len() && !matches!(error.code, ron::Error::UnclosedBlockComment) {
+            let text = "the file is empty: a scene starts with `Scene(version: 1, root: …)`".to_owned();
+            let position = Some(Position { line: 1, column: 1 });
+            return Mistake { position, problem: Problem::Syntax(text), path_in_tree: Vec::new() };
+        }
         let end = self.text.trim_end();
         let problem = match self.open.last() {
             _ if matches!(error.code, ron::Error::UnclosedBlockComment | ron::Error::ExpectedStringEnd) => None,
             _ if position < self.places.position(end.len()) => None,
-            _ if end.is_empty() => {
-                Some("the file is empty: a scene starts with `Scene(version: 1, root: …)`".to_owned())
-            }
             Some(open) => Some(format!("the file ends too early: a bracket is not closed in the node at {open}")),
             None if error.code == ron::Error::TrailingCharacters => None,
             None => Some("the file ends too early: a bracket is not closed".to_owned()),
@@ -316,6 +319,10 @@ impl<'t> Reader<'t, '_> {
         let problem = problem.unwrap_or_else(|| syntax::message(&error.code, self.expecting));
         Mistake { position: Some(position), problem: Problem::Syntax(problem), path_in_tree: self.path.clone() }
     }
+}
+
+fn of_ron(position: ron::error::Position) -> Position {
+    Position { line: position.line, column: position.col }
 }
 
 /// The number in a text that is NaN, infinite or beyond the range of the type it was read as.
@@ -627,7 +634,7 @@ impl<'t> NodeFields<'_, 't, '_> {
 
     /// Puts the node into the scene.
     fn finish(self, word: &'t str) -> Option<NodeKey> {
-        let Self { reader, node, given, children, sound, .. } = self;
+        let Self { reader, info, node, given, children, sound, .. } = self;
         let node = node?;
         let position = reader.position(word);
         let at = |field: &str| given.iter().find(|(name, ..)| *name == field).map_or(position, |&(_, _, value)| value);
@@ -640,7 +647,9 @@ impl<'t> NodeFields<'_, 't, '_> {
         }
         let key = reader.scene.insert_boxed(node);
         reader.scene.set_position(key, position);
-        for child in children {
+        // A node that can not have children was told so once, not for each child.
+        let takes_children = info.is_some_and(|info| info.children.is_some());
+        for child in children.into_iter().filter(|_| takes_children) {
             if let Err(error) = reader.scene.add_child(key, child.key) {
                 reader.mistake_at(child.position, Problem::Child(error));
             }

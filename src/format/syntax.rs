@@ -19,13 +19,11 @@ pub(super) enum Expecting {
 /// A mistake of syntax in words.
 pub(super) fn message(error: &Error, expecting: Expecting) -> String {
     let text = match (error, expecting) {
-        (Error::ExpectedIdentifier | Error::UnexpectedChar(_) | Error::InvalidIdentifier(_), Expecting::Scene) => {
-            "a scene file starts with `Scene(version: 1, root: …)`"
-        }
-        (Error::ExpectedIdentifier | Error::InvalidIdentifier(_), Expecting::Node) => {
+        (_, Expecting::Scene) if no_word(error) => "a scene file starts with `Scene(version: 1, root: …)`",
+        (_, Expecting::Node) if no_word(error) => {
             "a node is expected here, such as `Cube()`, `Def(\"name\", Cube())` or `Use(\"name\")`"
         }
-        (Error::ExpectedIdentifier | Error::InvalidIdentifier(_), _) => {
+        (_, Expecting::Field) if no_word(error) => {
             "the name of a field is expected here, as in `width: 2.0`, without quotes"
         }
         (Error::ExpectedStructLike, Expecting::Scene) => "`(` is expected here: `Scene(version: 1, root: …)`",
@@ -53,6 +51,18 @@ pub(super) fn arguments(word: Expecting) -> Problem {
         _ => "Use takes a name: `Use(\"name\")`",
     };
     Problem::Syntax(text.to_owned())
+}
+
+/// Whether something else than a word stands where a word should.
+fn no_word(error: &Error) -> bool {
+    matches!(
+        error,
+        Error::ExpectedIdentifier
+            | Error::InvalidIdentifier(_)
+            | Error::SuggestRawIdentifier(_)
+            | Error::UnexpectedChar(_)
+            | Error::Eof
+    )
 }
 
 fn is_shape(error: &Error) -> bool {

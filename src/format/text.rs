@@ -115,6 +115,12 @@ pub(super) fn payload(text: &str, from: usize) -> Payload {
     }
     let first = skip_blank(text, open + 1);
     let rest = text.get(first..).unwrap_or_default();
+    if let Some((quoted, after)) = rest.strip_prefix('"').and_then(|r| r.split_once('"')) {
+        // A field with its name in quotes, which the parser will mark.
+        let after = text.len() - after.len();
+        let named = !quoted.contains('\\') && text.get(skip_blank(text, after)..).is_some_and(|t| t.starts_with(':'));
+        return if named { Payload::Named } else { Payload::Unnamed };
+    }
     let word = rest.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '#')).unwrap_or(rest.len());
     if word == 0 {
         return if rest.is_empty() || rest.starts_with(')') { Payload::Named } else { Payload::Unnamed };
@@ -177,6 +183,8 @@ mod tests {
             ("Cube(Cube())", Payload::Unnamed),
             ("Cube(Plain, 1)", Payload::Unnamed),
             ("Cube(\"a\")", Payload::Unnamed),
+            ("Cube(\"a\", 1: 2)", Payload::Unnamed),
+            ("Cube(\"a\" : 1)", Payload::Named),
             ("Cube(", Payload::Named),
         ] {
             assert_eq!(payload(text, 4), expected, "{text}");
