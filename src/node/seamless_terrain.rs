@@ -273,6 +273,10 @@ impl ShapeNode for SeamlessTerrain {
                 // Clockwise in (u, v), where v runs south, is clockwise from above: turn it.
                 let [a, b, c] = fan.triangle(side);
                 let corners = [a, c, b];
+                // Clamped to the border of the map a triangle may have no area.
+                if (b - a).truncate().perp_dot((c - a).truncate()) == 0.0 {
+                    continue;
+                }
                 let normal = placed.surface_normal(fan.gradient(side)).normalize();
                 sink(Triangle {
                     points: corners.map(|p| placed.frame.local(p)),

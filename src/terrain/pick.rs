@@ -15,7 +15,7 @@
 //! stays above its largest or below its smallest height. Inside a patch the interval is split at the fan's spokes. The
 //! *sign* of f is carried from piece to piece: a change is a hit wherever it is seen, inside a triangle, or at the border
 //! of two patches (a wall, or rounding). Only crossings count, not mere touching; a ray that starts or ends exactly on the
-//! surface hits it there.
+//! surface, or passes the border of the map exactly on it, hits it there.
 //!
 //! Steps go from grid line to grid line by integer index, never by "a little further", so their number is bounded: each
 //! level of the tree visits at most `columns + rows` blocks.
@@ -251,6 +251,7 @@ pub struct CoarseSurface<'t> {
 
 struct Walk<'t, 'f> {
     surface: CoarseSurface<'t>,
+    /// Its range is clipped to the map.
     ray: LatticeRay,
     /// +1 above, −1 below, 0 not known yet.
     sign: i8,
@@ -267,7 +268,8 @@ impl CoarseSurface<'_> {
         let Some((near, far)) = ray.clipped(self.tree.cells()) else {
             return;
         };
-        let mut walk = Walk { surface: *self, ray: *ray, sign: 0, zero_since: None, last: None, found };
+        let ray = LatticeRay { near, far, ..*ray };
+        let mut walk = Walk { surface: *self, ray, sign: 0, zero_since: None, last: None, found };
         let [columns, rows] = self.tree.grid(0);
         walk.grid(0, [0, 0], [columns, rows], near, far);
     }
@@ -470,7 +472,8 @@ impl Walk<'_, '_> {
     ) -> bool {
         for (t, f, start) in [(t0, f0, true), (t1, f1, false)] {
             if f == 0.0 {
-                // On the surface: a crossing only if the sign is another afterwards. At the ends of the ray it is a hit.
+                // On the surface: a crossing only if the sign is another afterwards. At the ends of the ray (or of
+                // the map) it is a hit.
                 let end = t <= self.ray.near || t >= self.ray.far;
                 if end && self.zero_since.is_none() {
                     let entering = if start { f1 < 0.0 } else { f0 > 0.0 };
