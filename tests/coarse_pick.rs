@@ -53,10 +53,9 @@ impl Scene {
         let mut found = Vec::new();
         for (patch, fan) in &self.patches {
             for side in Side::ALL {
-                let [a, b, c] = fan.triangle(side);
                 // Clamped to the border of the map a triangle may have no area; seen from the side it would be a wall there.
-                if (b - a).truncate().perp_dot((c - a).truncate()) != 0.0 {
-                    found.extend(triangle(ray, [a, b, c]));
+                if fan.area(side) != 0.0 {
+                    found.extend(triangle(ray, fan.triangle(side)));
                 }
                 found.extend(self.wall(ray, patch, fan, side));
             }

@@ -274,7 +274,7 @@ impl ShapeNode for SeamlessTerrain {
                 let [a, b, c] = fan.triangle(side);
                 let corners = [a, c, b];
                 // Clamped to the border of the map a triangle may have no area.
-                if (b - a).truncate().perp_dot((c - a).truncate()) == 0.0 {
+                if fan.area(side) == 0.0 {
                     continue;
                 }
                 let normal = placed.surface_normal(fan.gradient(side)).normalize();

@@ -22,6 +22,7 @@
 
 use glam::DVec3;
 
+use super::errors::triangle_error;
 use super::height_field::HeightField;
 use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::Side;
@@ -80,6 +81,13 @@ impl Fan {
     pub fn triangle(&self, side: Side) -> [DVec3; 3] {
         let k = side as usize;
         [self.corners[k], self.corners[(k + 1) % 4], self.center]
+    }
+
+    /// Twice the area of the triangle at a side, in cells; 0 where it is clamped to the border of the map.
+    #[must_use]
+    pub fn area(&self, side: Side) -> f64 {
+        let [a, b, c] = self.triangle(side);
+        cross(a, b, c)
     }
 
     /// The triangle that a point of the patch lies in. On a border any of the triangles there, never one without area.
@@ -166,34 +174,12 @@ impl FanErrors {
 #[must_use]
 pub fn fan_error(field: &HeightField, tree: &Hierarchy, patch: PatchId) -> f64 {
     let fan = Fan::new(field, tree, patch);
-    let [[u0, v0], [u1, v1]] = tree.extent(patch);
-    let mut worst: f64 = 0.0;
-    for v in v0..=v1 {
-        for u in u0..=u1 {
-            let (x, y) = (f64::from(u), f64::from(v));
-            worst = worst.max((fan.height(fan.side_at(x, y), x, y) - field.raw(u, v)).abs());
-        }
-    }
-    for corner in fan.corners {
-        let (du, dv) = (fan.center.x - corner.x, fan.center.y - corner.y);
-        let mut at = |s: f64| {
-            if (0.0..=1.0).contains(&s) {
-                let height = corner.z + s * (fan.center.z - corner.z);
-                if let Some(surface) = field.surface(corner.x + s * du, corner.y + s * dv) {
-                    worst = worst.max((height - surface).abs());
-                }
-            }
-        };
-        // Crossings with lines u = k, v = k and u − v = k.
-        for (start, delta) in [(corner.x, du), (corner.y, dv), (corner.x - corner.y, du - dv)] {
-            let steps = delta.abs() as u32;
-            for k in 1..steps {
-                at(f64::from(k) / delta.abs());
-            }
-            debug_assert!(start.fract() == 0.0, "corners are lattice points");
-        }
-    }
-    worst
+    // A triangle without area, clamped to the border of the map, is no part of the surface.
+    Side::ALL
+        .iter()
+        .filter(|&&side| fan.area(side) != 0.0)
+        .map(|&side| triangle_error(field, fan.triangle(side).map(|p| [p.x as u32, p.y as u32])))
+        .fold(0.0, f64::max)
 }
 
 /// A ray in lattice coordinates with the range of its parameter.
