@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat4, DVec3, Mat3, Vec3};
 use super::frame::{
     Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh, Statistics, SurfaceMaterial, relative,
 };
-use super::state::{compose, normal_matrix};
+use super::state::{cofactors, compose};
 use super::walk::{Visitor, walk};
 use super::{
     ActionError, BoundingBoxAction, DebugColor, Lens, PlacedCamera, PlacedLight, ShapeContext, ShapeError, State,
@@ -239,6 +239,20 @@ impl DrawContext<'_> {
             ambient: lit && material.ambient != Vec3::ZERO,
             emissive: lit && material.emissive != Vec3::ZERO,
         };
+        // A mesh has an outside, which no map turns in. A terrain has an upper side, which local z points from: its
+        // triangles are counter-clockwise seen from there, whether heights run up, down or not at all; in (u, v, w) they
+        // look clockwise, since rows run south.
+        let (mirrored, outwards) = match &geometry {
+            Geometry::Mesh(_) => {
+                let mirrored = eye_from_rel.matrix3.determinant() < 0.0;
+                (mirrored, !mirrored)
+            }
+            Geometry::Terrain(_) => {
+                let mirrored = state.model.matrix3.determinant() < 0.0;
+                (mirrored, mirrored)
+            }
+        };
+        let normals = cofactors(&eye_from_rel.matrix3) * if outwards { 1.0 } else { -1.0 };
         let clip_from_rel = self.view.clip_from_eye() * DMat4::from(eye_from_rel);
         let towards_eye = match self.view.lens {
             Lens::Perspective { .. } => None,
@@ -249,10 +263,8 @@ impl DrawContext<'_> {
             geometry,
             clip_from_rel: clip_from_rel.as_mat4(),
             eye_from_rel: DMat4::from(eye_from_rel).as_mat4(),
-            normal_from_rel: Mat3::from_cols_array(
-                &normal_matrix(&eye_from_rel.matrix3).to_cols_array().map(|x| x as f32),
-            ),
-            mirrored: eye_from_rel.matrix3.determinant() < 0.0,
+            normal_from_rel: Mat3::from_cols_array(&normals.to_cols_array().map(|x| x as f32)),
+            mirrored,
             material,
             lights,
             ambient: if lit { Vec3::splat(AMBIENT) } else { Vec3::ZERO },

@@ -85,19 +85,20 @@ pub(crate) fn compose(outer: &DAffine3, inner: &DAffine3) -> DAffine3 {
 /// points. Made from cross products, so it exists (as the limit) for singular maps too.
 #[must_use]
 pub(crate) fn normal_matrix(m: &DMat3) -> DMat3 {
-    // The columns of the cofactor matrix are the cross products of the columns; cofactor = det · inverse transpose.
-    let scale = m.x_axis.abs().max_element().max(m.y_axis.abs().max_element()).max(m.z_axis.abs().max_element());
+    cofactors(m) * if m.determinant() < 0.0 { -1.0 } else { 1.0 }
+}
+
+/// The cofactors of a linear map, determinant · inverse transpose, up to a positive factor, with entries of about 1.
+#[must_use]
+pub(crate) fn cofactors(m: &DMat3) -> DMat3 {
+    // Their columns are the cross products of the map's columns.
+    let largest = |m: &DMat3| m.x_axis.abs().max(m.y_axis.abs()).max(m.z_axis.abs()).max_element();
+    let scale = largest(m);
     let scale = if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
     let (x, y, z) = (m.x_axis / scale, m.y_axis / scale, m.z_axis / scale);
-    let cofactor = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
-    let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
-    let largest = cofactor
-        .x_axis
-        .abs()
-        .max_element()
-        .max(cofactor.y_axis.abs().max_element())
-        .max(cofactor.z_axis.abs().max_element());
-    if largest > 0.0 { cofactor * (sign / largest) } else { cofactor }
+    let found = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    let scale = largest(&found);
+    if scale > 0.0 { found * (1.0 / scale) } else { found }
 }
 
 /// A light in world coordinates, its colour in linear light times its intensity.

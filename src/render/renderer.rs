@@ -1,0 +1,539 @@
+//! Draws frames with the caller's device.
+
+use std::collections::HashMap;
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+
+use super::RenderError;
+use super::buffers::GrowingBuffer;
+use super::cache::Cache;
+use super::error::guarded;
+use super::pipelines::{DEPTH_FORMAT, Pipelines};
+use super::shader::Variant;
+use super::targets::Targets;
+use super::textures::{Gpu, SMOOTH, Textures};
+use super::timer::Timer;
+use super::uniforms::{self, STRIP_COLOR, TILE_COLOR};
+use crate::action::{DebugColor, Draw, Frame, Geometry, GeometryKind, Mesh, TerrainDraw};
+use crate::node::TextureFilter;
+use crate::terrain::{Instance, Parts, Resolutions, Samples};
+
+/// What a [`Renderer`] is made with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RendererOptions {
+    /// Samples per pixel that edges are smoothed with: 1 (not at all) or 4, which every device can do for the usual
+    /// formats; more where the device can. See [`RendererOptions::for_adapter`].
+    pub samples: u32,
+    /// Keeps the depth of the last frame, for [`Renderer::depth`].
+    pub keep_depth: bool,
+    /// Measures the time that the GPU takes, for [`Renderer::gpu_time`]; needs a device with `TIMESTAMP_QUERY`.
+    pub timestamps: bool,
+}
+
+impl Default for RendererOptions {
+    /// Four samples, depth and times not kept.
+    fn default() -> Self {
+        Self { samples: 4, keep_depth: false, timestamps: false }
+    }
+}
+
+impl RendererOptions {
+    /// The default for targets of this format: four samples where the adapter has them, else one.
+    #[must_use]
+    pub fn for_adapter(adapter: &wgpu::Adapter, format: wgpu::TextureFormat) -> Self {
+        let can = |format| adapter.get_texture_format_features(format).flags.sample_count_supported(4);
+        let resolves = adapter
+            .get_texture_format_features(format)
+            .flags
+            .contains(wgpu::TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE);
+        let samples = if can(format) && can(DEPTH_FORMAT) && resolves { 4 } else { 1 };
+        Self { samples, ..Self::default() }
+    }
+}
+
+/// What drawing one frame took.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct DrawReport {
+    /// Time on the CPU from the frame to submitted commands: uploads and new pipelines included, waiting not.
+    pub encode: Duration,
+    /// Time that the GPU took, where it is measured: [`Renderer::draw`] does not wait for it and leaves it out, see
+    /// [`Renderer::gpu_time`]; [`Headless`](super::Headless) fills it in.
+    pub gpu: Option<Duration>,
+    /// Bytes sent to the device: maps and images when they are drawn first, uniforms, instances and meshes each frame.
+    pub bytes_uploaded: u64,
+    /// Pipelines that were compiled for this frame.
+    pub pipelines_made: u32,
+    /// Draw calls.
+    pub draw_calls: u32,
+    /// Bytes that the renderer holds on the device after the frame: textures, buffers and its own targets.
+    pub gpu_bytes: u64,
+}
+
+/// Draws [`Frame`]s into texture views with a device and queue that the caller owns.
+///
+/// It keeps pipelines, maps and images on the device from frame to frame, and gives up maps and images that are not drawn
+/// for a while. All calls of one renderer have to be given the device that it was made for.
+///
+/// # Example
+///
+/// ```no_run
+/// use seamount::prelude::*;
+/// use seamount::render::{Renderer, RendererOptions};
+///
+/// # fn draw(device: &wgpu::Device, queue: &wgpu::Queue, view: &wgpu::TextureView, scene: &Scene)
+/// # -> Result<(), Box<dyn std::error::Error>> {
+/// let format = wgpu::TextureFormat::Rgba8UnormSrgb;
+/// let mut renderer = Renderer::new(device, queue, format, RendererOptions::default());
+/// // `view` is of that format and 640 × 480 pixels.
+/// let frame = RenderAction::new(640, 480).apply(scene)?;
+/// let report = renderer.draw(device, queue, &frame, view)?;
+/// println!("{} draw calls", report.draw_calls);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Renderer {
+    format: wgpu::TextureFormat,
+    options: RendererOptions,
+    frame: u64,
+    pipelines: Pipelines,
+    textures: Textures,
+    /// Bindings of the textures of a terrain.
+    bound_textures: Cache<TextureKey, wgpu::BindGroup>,
+    /// Index buffers of tiles and strips.
+    parts: Cache<Resolutions, wgpu::Buffer>,
+    targets: Option<Targets>,
+    uniforms: GrowingBuffer,
+    /// Bindings of the uniforms by their size.
+    bound_uniforms: HashMap<u64, wgpu::BindGroup>,
+    instances: GrowingBuffer,
+    corners: GrowingBuffer,
+    corner_indices: GrowingBuffer,
+    timer: Option<Timer>,
+    scratch: Scratch,
+}
+
+/// Lists that are filled for each frame, kept for their memory.
+#[derive(Debug, Default)]
+struct Scratch {
+    uniforms: Vec<u8>,
+    instances: Vec<Instance>,
+    corners: Vec<[Vec3; 2]>,
+    corner_indices: Vec<u32>,
+    jobs: Vec<Job>,
+}
+
+/// A draw with all it needs on the device, but for the buffers of the frame.
+#[derive(Debug)]
+struct Job {
+    pipeline: wgpu::RenderPipeline,
+    uniform_size: u64,
+    /// Where its uniforms lie, for tiles and for strips.
+    uniforms: [u32; 2],
+    geometry: Ready,
+}
+
+#[derive(Debug)]
+enum Ready {
+    Terrain {
+        textures: wgpu::BindGroup,
+        indices: wgpu::Buffer,
+        /// First of its instances in the buffer of the frame.
+        first: u32,
+    },
+    Mesh {
+        /// First of its corners and of its indices in the buffers of the frame, and their number.
+        base: i32,
+        first: u32,
+        count: u32,
+    },
+}
+
+/// What the bindings of a terrain's textures depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct TextureKey {
+    map: u64,
+    gradients: bool,
+    colors: Option<(u64, TextureFilter)>,
+}
+
+impl Renderer {
+    /// A renderer for targets of `format`. If the format does not encode sRGB by itself, the shaders do.
+    ///
+    /// Nothing is made on the device until something is drawn.
+    #[must_use]
+    pub fn new(
+        _device: &wgpu::Device,
+        _queue: &wgpu::Queue,
+        format: wgpu::TextureFormat,
+        options: RendererOptions,
+    ) -> Self {
+        let buffer = GrowingBuffer::new;
+        Self {
+            format,
+            options,
+            frame: 0,
+            pipelines: Pipelines::new(format, options.samples),
+            textures: Textures::default(),
+            bound_textures: Cache::default(),
+            parts: Cache::default(),
+            targets: None,
+            uniforms: buffer("uniforms of a frame", wgpu::BufferUsages::UNIFORM),
+            bound_uniforms: HashMap::new(),
+            instances: buffer("instances of a frame", wgpu::BufferUsages::VERTEX),
+            corners: buffer("meshes of a frame", wgpu::BufferUsages::VERTEX),
+            corner_indices: buffer("meshes of a frame", wgpu::BufferUsages::INDEX),
+            timer: None,
+            scratch: Scratch::default(),
+        }
+    }
+
+    /// Draws a frame into `view`, which has to be a view of a texture of the renderer's format, of the frame's size, with
+    /// one sample. Returns when the commands are submitted; does not wait for the GPU.
+    ///
+    /// # Errors
+    ///
+    /// When the size of the picture, a map or an image is beyond what the device can do, memory runs out, or the device
+    /// refuses the view. The renderer can be used on.
+    pub fn draw(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: &Frame,
+        view: &wgpu::TextureView,
+    ) -> Result<DrawReport, RenderError> {
+        let start = Instant::now();
+        self.frame += 1;
+        let gpu = Gpu { device, queue, frame: self.frame };
+        let pipelines_before = self.pipelines.made;
+        self.textures.uploaded = 0;
+
+        if !self.targets.as_ref().is_some_and(|t| t.fits(frame.size)) {
+            // The old ones first, so that both are never there at once.
+            self.targets = None;
+            let options = &self.options;
+            self.targets = Some(Targets::new(device, frame.size, self.format, options.samples, options.keep_depth)?);
+        }
+        if self.options.timestamps && self.timer.is_none() {
+            self.timer = Timer::new(device, queue)?;
+        }
+        self.prepare(gpu, frame)?;
+        self.send(gpu)?;
+        let draw_calls = guarded(device, "drawing", || self.encode(gpu, frame, view))?;
+        self.scratch.jobs.clear();
+
+        self.textures.retire(self.frame);
+        self.bound_textures.retire(self.frame);
+        self.parts.retire(self.frame);
+        let scratch = &self.scratch;
+        let sent = scratch.uniforms.len()
+            + size_of_val(scratch.instances.as_slice())
+            + size_of_val(scratch.corners.as_slice())
+            + size_of_val(scratch.corner_indices.as_slice());
+        Ok(DrawReport {
+            encode: start.elapsed(),
+            gpu: None,
+            bytes_uploaded: self.textures.uploaded + sent as u64,
+            pipelines_made: self.pipelines.made - pipelines_before,
+            draw_calls,
+            gpu_bytes: self.gpu_bytes(),
+        })
+    }
+
+    /// Waits until the last frame is drawn and says how long the GPU took for it. `None` if
+    /// [`RendererOptions::timestamps`] is off or the device can not measure it, or nothing was drawn yet.
+    ///
+    /// # Errors
+    ///
+    /// When the device is lost.
+    pub fn gpu_time(&self, device: &wgpu::Device) -> Result<Option<Duration>, RenderError> {
+        self.timer.as_ref().map_or(Ok(None), |timer| timer.read(device))
+    }
+
+    /// The depth of the last frame, a texture of format `Depth32Float` that can be copied from, if
+    /// [`RendererOptions::keep_depth`] is on: 1 at the near plane, 0 infinitely far away and where nothing is.
+    #[must_use]
+    pub fn depth(&self) -> Option<&wgpu::Texture> {
+        self.targets.as_ref().filter(|_| self.options.keep_depth).map(|t| &t.depth)
+    }
+
+    /// Bytes that the renderer holds on the device.
+    #[must_use]
+    pub fn gpu_bytes(&self) -> u64 {
+        let buffers = [&self.uniforms, &self.instances, &self.corners, &self.corner_indices];
+        self.textures.bytes()
+            + self.parts.values().map(wgpu::Buffer::size).sum::<u64>()
+            + self.targets.as_ref().map_or(0, |t| t.bytes)
+            + buffers.into_iter().map(GrowingBuffer::size).sum::<u64>()
+    }
+
+    /// Gets or makes all that the draws need but for the frame's own buffers, whose contents are listed.
+    fn prepare(&mut self, gpu: Gpu<'_>, frame: &Frame) -> Result<(), RenderError> {
+        let scratch = &mut self.scratch;
+        scratch.uniforms.clear();
+        scratch.instances.clear();
+        scratch.corners.clear();
+        scratch.corner_indices.clear();
+        scratch.jobs.clear();
+        for draw in &frame.draws {
+            let job = self.prepare_draw(gpu, draw)?;
+            self.scratch.jobs.push(job);
+        }
+        Ok(())
+    }
+
+    fn prepare_draw(&mut self, gpu: Gpu<'_>, draw: &Draw) -> Result<Job, RenderError> {
+        check_effects(draw)?;
+        let variant = Variant::new(&draw.effects, self.format)?;
+        let pipeline = self.pipelines.get(gpu.device, variant, draw.mirrored)?;
+        let (geometry, gradient_factor) = match (&draw.geometry, &pipeline.textures) {
+            (Geometry::Terrain(terrain), Some(layout)) => {
+                let (textures, factor) = self.bind_textures(gpu, &variant, terrain, layout)?;
+                let indices = self.parts.get(terrain.parts.resolutions(), gpu.frame, || {
+                    index_buffer(gpu, &terrain.parts, &mut self.textures.uploaded)
+                })?;
+                let first = self.scratch.instances.len() as u32;
+                self.scratch.instances.extend_from_slice(terrain.instances.data());
+                (Ready::Terrain { textures, indices: indices.clone(), first }, factor)
+            }
+            (Geometry::Mesh(mesh), None) => (self.scratch.add_mesh(mesh), 1.0),
+            _ => return Err(RenderError::Effects("the effects are for another kind of geometry")),
+        };
+        let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment as usize;
+        let mut uniform_size = 0;
+        let mut add = |color: Vec3| {
+            let bytes = &mut self.scratch.uniforms;
+            bytes.resize(bytes.len().next_multiple_of(alignment), 0);
+            let offset = bytes.len() as u32;
+            uniform_size = uniforms::write(&variant, draw, color, gradient_factor, bytes);
+            offset
+        };
+        let uniforms = match draw.effects.debug_color {
+            DebugColor::Parts => [TILE_COLOR, STRIP_COLOR].map(|color| add(uniforms::linear(color))),
+            DebugColor::Plain | DebugColor::Levels => [add(draw.material.diffuse); 2],
+        };
+        Ok(Job { pipeline: pipeline.pipeline, uniform_size, uniforms, geometry })
+    }
+
+    /// The bindings of a terrain's textures, and the factor of its gradients.
+    fn bind_textures(
+        &mut self,
+        gpu: Gpu<'_>,
+        variant: &Variant,
+        terrain: &TerrainDraw,
+        layout: &wgpu::BindGroupLayout,
+    ) -> Result<(wgpu::BindGroup, f32), RenderError> {
+        let field = &terrain.heights;
+        let color_map = terrain.color_map.as_ref().filter(|_| variant.color_map);
+        let key = TextureKey {
+            map: field.id(),
+            gradients: variant.lit(),
+            colors: color_map.map(|map| (map.image.id(), map.filter)),
+        };
+        // Views and samplers are handles: cheap to clone. They are asked for each frame, which keeps them.
+        let mut views = vec![(0, self.textures.heights(gpu, field)?.view.clone())];
+        let mut samplers = Vec::new();
+        let mut factor = 1.0;
+        if variant.lit() {
+            let gradients = self.textures.gradients(gpu, field)?;
+            factor = gradients.factor;
+            views.push((1, gradients.view.clone()));
+            samplers.push((2, self.textures.sampler(gpu, SMOOTH)?.clone()));
+        }
+        if let Some(map) = color_map {
+            views.push((3, self.textures.colors(gpu, &map.image, map.filter.mipmaps)?.view.clone()));
+            samplers.push((4, self.textures.sampler(gpu, map.filter)?.clone()));
+        }
+        let group = self.bound_textures.get(key, gpu.frame, || {
+            let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+            let views = views.iter().map(|(binding, v)| entry(*binding, wgpu::BindingResource::TextureView(v)));
+            let samplers = samplers.iter().map(|(binding, s)| entry(*binding, wgpu::BindingResource::Sampler(s)));
+            let entries: Vec<_> = views.chain(samplers).collect();
+            let label = Some("textures of a terrain");
+            guarded(gpu.device, "binding textures", || {
+                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries: &entries })
+            })
+        })?;
+        Ok((group.clone(), factor))
+    }
+
+    /// Sends the frame's own buffers and binds the uniforms.
+    fn send(&mut self, gpu: Gpu<'_>) -> Result<(), RenderError> {
+        let Gpu { device, queue, .. } = gpu;
+        let scratch = &mut self.scratch;
+        // The last draw's uniforms are bound like all others of their size, which need not all be as long.
+        if self.uniforms.write(device, queue, &scratch.uniforms)? {
+            self.bound_uniforms.clear();
+        }
+        self.instances.write(device, queue, bytemuck::cast_slice(&scratch.instances))?;
+        self.corners.write(device, queue, bytemuck::cast_slice(&scratch.corners))?;
+        self.corner_indices.write(device, queue, bytemuck::cast_slice(&scratch.corner_indices))?;
+        let Some(buffer) = self.uniforms.get() else { return Ok(()) };
+        let layout = self.pipelines.draw_layout(device)?;
+        for job in &scratch.jobs {
+            if self.bound_uniforms.contains_key(&job.uniform_size) {
+                continue;
+            }
+            let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                buffer,
+                offset: 0,
+                size: wgpu::BufferSize::new(job.uniform_size),
+            });
+            let group = guarded(device, "binding uniforms", || {
+                device.create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: Some("uniforms of a draw"),
+                    layout: &layout,
+                    entries: &[wgpu::BindGroupEntry { binding: 0, resource }],
+                })
+            })?;
+            self.bound_uniforms.insert(job.uniform_size, group);
+        }
+        Ok(())
+    }
+
+    /// Records and submits the commands. Returns the number of draw calls.
+    fn encode(&self, gpu: Gpu<'_>, frame: &Frame, view: &wgpu::TextureView) -> u32 {
+        let Some(targets) = &self.targets else { return 0 };
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        let mut calls = 0;
+        {
+            let (color_view, resolve_target) = match &targets.color {
+                Some(samples) => (samples, Some(view)),
+                None => (view, None),
+            };
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("frame"),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: color_view,
+                    depth_slice: None,
+                    resolve_target,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(self.clear_color(frame.background)),
+                        store: if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store },
+                    },
+                })],
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &targets.depth_view,
+                    depth_ops: Some(wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(0.0),
+                        store: if self.options.keep_depth { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard },
+                    }),
+                    stencil_ops: None,
+                }),
+                timestamp_writes: self.timer.as_ref().map(Timer::writes),
+                occlusion_query_set: None,
+                multiview_mask: None,
+            });
+            for (job, draw) in self.scratch.jobs.iter().zip(&frame.draws) {
+                calls += self.encode_job(&mut pass, job, draw);
+            }
+        }
+        if let Some(timer) = &self.timer {
+            timer.resolve(&mut encoder);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        calls
+    }
+
+    fn encode_job(&self, pass: &mut wgpu::RenderPass<'_>, job: &Job, draw: &Draw) -> u32 {
+        let Some(bound_uniforms) = self.bound_uniforms.get(&job.uniform_size) else { return 0 };
+        pass.set_pipeline(&job.pipeline);
+        pass.set_bind_group(0, bound_uniforms, &job.uniforms[..1]);
+        match (&job.geometry, &draw.geometry) {
+            (Ready::Terrain { textures, indices, first }, Geometry::Terrain(terrain)) => {
+                let Some(instances) = self.instances.get() else { return 0 };
+                pass.set_bind_group(1, textures, &[]);
+                pass.set_vertex_buffer(0, instances.slice(..));
+                pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                // Parts are numbered tiles first.
+                let tiles = 4 * terrain.parts.resolutions().count() as usize;
+                let mut bound = job.uniforms[0];
+                for (part, range) in terrain.instances.ranges() {
+                    let wanted = job.uniforms[usize::from(*part >= tiles)];
+                    if wanted != bound {
+                        pass.set_bind_group(0, bound_uniforms, &[wanted]);
+                        bound = wanted;
+                    }
+                    let triangles = terrain.parts.range(*part);
+                    pass.draw_indexed(
+                        triangles.start * 3..triangles.end * 3,
+                        0,
+                        first + range.start..first + range.end,
+                    );
+                }
+                terrain.instances.ranges().len() as u32
+            }
+            (Ready::Mesh { base, first, count }, _) => {
+                let (Some(corners), Some(indices)) = (self.corners.get(), self.corner_indices.get()) else { return 0 };
+                pass.set_vertex_buffer(0, corners.slice(..));
+                pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                pass.draw_indexed(*first..first + count, *base, 0..1);
+                1
+            }
+            (Ready::Terrain { .. }, Geometry::Mesh(_)) => 0,
+        }
+    }
+
+    fn clear_color(&self, linear: Vec3) -> wgpu::Color {
+        let encoded = |c: f32| {
+            let c = f64::from(c.clamp(0.0, 1.0));
+            if self.format.is_srgb() {
+                c
+            } else if c <= 0.003_130_8 {
+                c * 12.92
+            } else {
+                1.055 * c.powf(1.0 / 2.4) - 0.055
+            }
+        };
+        wgpu::Color { r: encoded(linear.x), g: encoded(linear.y), b: encoded(linear.z), a: 1.0 }
+    }
+}
+
+impl Scratch {
+    fn add_mesh(&mut self, mesh: &Mesh) -> Ready {
+        let base = self.corners.len() as i32;
+        let first = self.corner_indices.len() as u32;
+        self.corners.extend(mesh.positions.iter().zip(&mesh.normals).map(|(&p, &n)| [p, n]));
+        self.corner_indices.extend(mesh.triangles.iter().flatten());
+        Ready::Mesh { base, first, count: mesh.triangles.len() as u32 * 3 }
+    }
+}
+
+/// Whether a draw has what its effects ask for.
+fn check_effects(draw: &Draw) -> Result<(), RenderError> {
+    let (kind, has_map) = match &draw.geometry {
+        Geometry::Mesh(mesh) => {
+            let corners = mesh.positions.len().min(mesh.normals.len());
+            if mesh.triangles.iter().flatten().any(|&corner| corner as usize >= corners) {
+                return Err(RenderError::Effects("a mesh has triangles between corners that it does not have"));
+            }
+            (GeometryKind::Mesh, false)
+        }
+        Geometry::Terrain(terrain) => {
+            let kind = match terrain.heights.samples() {
+                Samples::U16(_) => GeometryKind::TerrainU16,
+                Samples::F32(_) => GeometryKind::TerrainF32,
+            };
+            (kind, terrain.color_map.is_some())
+        }
+    };
+    if draw.effects.geometry != kind {
+        return Err(RenderError::Effects("the effects are for another kind of geometry"));
+    }
+    if draw.effects.color_map && draw.effects.debug_color == DebugColor::Plain && !has_map {
+        return Err(RenderError::Effects("a colour map is asked for, but there is none"));
+    }
+    Ok(())
+}
+
+/// The corners of all parts, each as its place in the patch: `u | v << 10`.
+fn index_buffer(gpu: Gpu<'_>, parts: &Parts, uploaded: &mut u64) -> Result<wgpu::Buffer, RenderError> {
+    let corners = parts.all_triangles().iter().flatten();
+    let indices: Vec<u32> = corners.map(|&[u, v]| u32::from(u) | u32::from(v) << 10).collect();
+    let bytes: &[u8] = bytemuck::cast_slice(&indices);
+    *uploaded += bytes.len() as u64;
+    let mut buffer = GrowingBuffer::new("tiles and strips", wgpu::BufferUsages::INDEX);
+    buffer.write(gpu.device, gpu.queue, bytes)?;
+    buffer.get().cloned().ok_or(RenderError::Effects("there are no parts"))
+}

@@ -1,0 +1,253 @@
+//! Maps and images as textures.
+
+use half::f16;
+use rayon::prelude::*;
+
+use super::RenderError;
+use super::cache::Cache;
+use super::error::guarded;
+use super::mips::{ColorHalver, Level, full_chain, half_gradients};
+use crate::node::TextureFilter;
+use crate::scene::Image;
+use crate::terrain::{HeightField, Samples};
+
+/// Bytes that are handed to the queue at once: it keeps a copy until they are on the device.
+const BAND: u64 = 64 << 20;
+
+/// A texture with its view.
+#[derive(Debug)]
+pub(super) struct Texture {
+    pub view: wgpu::TextureView,
+    pub bytes: u64,
+    /// For gradients: the factor from stored to raw values. Else 1.
+    pub factor: f32,
+}
+
+/// All textures in use.
+#[derive(Debug, Default)]
+pub(super) struct Textures {
+    heights: Cache<u64, Texture>,
+    gradients: Cache<u64, Texture>,
+    colors: Cache<(u64, bool), Texture>,
+    samplers: Cache<TextureFilter, wgpu::Sampler>,
+    /// Bytes sent since the last frame began.
+    pub uploaded: u64,
+}
+
+/// Where things are made and sent.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gpu<'a> {
+    pub device: &'a wgpu::Device,
+    pub queue: &'a wgpu::Queue,
+    /// Number of the frame, for the caches.
+    pub frame: u64,
+}
+
+impl Textures {
+    /// The samples of a map, at the depth of its file.
+    pub(super) fn heights(&mut self, gpu: Gpu<'_>, field: &HeightField) -> Result<&Texture, RenderError> {
+        let uploaded = &mut self.uploaded;
+        self.heights.get(field.id(), gpu.frame, || {
+            let (format, data): (_, &[u8]) = match field.samples() {
+                Samples::U16(s) => (wgpu::TextureFormat::R16Uint, bytemuck::cast_slice(s)),
+                Samples::F32(s) => (wgpu::TextureFormat::R32Float, bytemuck::cast_slice(s)),
+            };
+            let texture = create(gpu.device, "a height map", format, [field.columns(), field.rows()], 1)?;
+            upload(gpu, &texture, 0, data, uploaded)?;
+            Ok(finish(&texture, 1.0))
+        })
+    }
+
+    /// The gradients of a map with smaller copies.
+    pub(super) fn gradients(&mut self, gpu: Gpu<'_>, field: &HeightField) -> Result<&Texture, RenderError> {
+        let uploaded = &mut self.uploaded;
+        self.gradients.get(field.id(), gpu.frame, || {
+            let size = [field.columns(), field.rows()];
+            let levels = full_chain(size[0], size[1]);
+            // The texture first: a map that is too large is refused before gradients are computed.
+            let texture = create(gpu.device, "a height map", wgpu::TextureFormat::Rg16Float, size, levels)?;
+            let (mut level, factor) = gradients(field);
+            upload(gpu, &texture, 0, bytemuck::cast_slice(&level.texels), uploaded)?;
+            for index in 1..levels {
+                level = half_gradients(&level);
+                upload(gpu, &texture, index, bytemuck::cast_slice(&level.texels), uploaded)?;
+            }
+            Ok(finish(&texture, factor))
+        })
+    }
+
+    /// An image as colours; with smaller copies if asked for.
+    pub(super) fn colors(&mut self, gpu: Gpu<'_>, image: &Image, mipmaps: bool) -> Result<&Texture, RenderError> {
+        let uploaded = &mut self.uploaded;
+        self.colors.get((image.id(), mipmaps), gpu.frame, || {
+            let (width, height) = (image.width(), image.height());
+            let levels = if mipmaps { full_chain(width, height) } else { 1 };
+            let format = wgpu::TextureFormat::Rgba8UnormSrgb;
+            let texture = create(gpu.device, "a colour map", format, [width, height], levels)?;
+            let mut level = Level { width, height, texels: image.rgba8() };
+            upload(gpu, &texture, 0, bytemuck::cast_slice(&level.texels), uploaded)?;
+            if levels > 1 {
+                let halver = ColorHalver::new();
+                for index in 1..levels {
+                    level = halver.half(&level);
+                    upload(gpu, &texture, index, bytemuck::cast_slice(&level.texels), uploaded)?;
+                }
+            }
+            Ok(finish(&texture, 1.0))
+        })
+    }
+
+    /// A sampler that clamps at the border.
+    pub(super) fn sampler(&mut self, gpu: Gpu<'_>, filter: TextureFilter) -> Result<&wgpu::Sampler, RenderError> {
+        let mode = |linear| if linear { wgpu::FilterMode::Linear } else { wgpu::FilterMode::Nearest };
+        self.samplers.get(filter, gpu.frame, || {
+            let descriptor = wgpu::SamplerDescriptor {
+                label: Some("texture filter"),
+                min_filter: mode(filter.min_linear),
+                mag_filter: mode(filter.mag_linear),
+                mipmap_filter: if filter.mip_linear {
+                    wgpu::MipmapFilterMode::Linear
+                } else {
+                    wgpu::MipmapFilterMode::Nearest
+                },
+                ..wgpu::SamplerDescriptor::default()
+            };
+            guarded(gpu.device, "making a sampler", || gpu.device.create_sampler(&descriptor))
+        })
+    }
+
+    pub(super) fn retire(&mut self, frame: u64) {
+        self.heights.retire(frame);
+        self.gradients.retire(frame);
+        self.colors.retire(frame);
+        self.samplers.retire(frame);
+    }
+
+    /// Bytes that the textures hold on the device.
+    pub(super) fn bytes(&self) -> u64 {
+        self.heights.values().chain(self.gradients.values()).chain(self.colors.values()).map(|t| t.bytes).sum()
+    }
+}
+
+/// The filter for gradients: linear in every way.
+pub(super) const SMOOTH: TextureFilter =
+    TextureFilter { min_linear: true, mag_linear: true, mipmaps: true, mip_linear: true };
+
+fn create(
+    device: &wgpu::Device,
+    what: &'static str,
+    format: wgpu::TextureFormat,
+    [width, height]: [u32; 2],
+    levels: u32,
+) -> Result<wgpu::Texture, RenderError> {
+    let limit = device.limits().max_texture_dimension_2d;
+    if width > limit || height > limit {
+        return Err(RenderError::TextureSize { what, width, height, limit });
+    }
+    let descriptor = wgpu::TextureDescriptor {
+        label: Some(what),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: levels,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    };
+    guarded(device, "making a texture", || device.create_texture(&descriptor))
+}
+
+fn upload(
+    gpu: Gpu<'_>,
+    texture: &wgpu::Texture,
+    level: u32,
+    data: &[u8],
+    uploaded: &mut u64,
+) -> Result<(), RenderError> {
+    let size = texture.size().mip_level_size(level, wgpu::TextureDimension::D2);
+    let pitch = data.len() as u64 / u64::from(size.height.max(1));
+    let rows = (BAND / pitch.max(1)).clamp(1, u64::from(size.height)) as usize;
+    let pitch = pitch.max(1) as usize;
+    *uploaded += data.len() as u64;
+    guarded(gpu.device, "sending a texture", || {
+        for (band, bytes) in data.chunks(pitch * rows).enumerate() {
+            if band > 0 {
+                // Lets go of the copy of the band before.
+                gpu.queue.submit([]);
+            }
+            let height = (bytes.len() / pitch) as u32;
+            gpu.queue.write_texture(
+                wgpu::TexelCopyTextureInfo {
+                    texture,
+                    mip_level: level,
+                    origin: wgpu::Origin3d { x: 0, y: (band * rows) as u32, z: 0 },
+                    aspect: wgpu::TextureAspect::All,
+                },
+                bytes,
+                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(pitch as u32), rows_per_image: None },
+                wgpu::Extent3d { width: size.width, height, depth_or_array_layers: 1 },
+            );
+        }
+    })
+}
+
+fn finish(texture: &wgpu::Texture, factor: f32) -> Texture {
+    let texel = texture.format().block_copy_size(None).unwrap_or(4);
+    let bytes = (0..texture.mip_level_count())
+        .map(|level| texture.size().mip_level_size(level, wgpu::TextureDimension::D2))
+        .map(|size| u64::from(size.width) * u64::from(size.height) * u64::from(texel))
+        .sum();
+    Texture { view: texture.create_view(&wgpu::TextureViewDescriptor::default()), bytes, factor }
+}
+
+/// Gradients at all samples as half floats, and the factor that takes them back to raw units.
+///
+/// Half floats reach from 6·10⁻⁸ to 65504. No gradient is larger than the range of the samples, so the gradients are scaled
+/// by the power of two that takes the range to between 2¹⁴ and 2¹⁵: nothing overflows, and 2⁻³⁸ of the range is still there.
+fn gradients(field: &HeightField) -> (Level<[f16; 2]>, f32) {
+    let [low, high] = range(field.samples());
+    let span = high - low;
+    // f32 holds the factor and its inverse.
+    let exponent = if span > 0.0 { (span.log2().floor() as i32).clamp(-110, 127) } else { 14 };
+    let scale = 2f64.powi(14 - exponent);
+    let columns = field.columns();
+    let row = |r: u32| (0..columns).map(move |c| field.gradient(c, r).map(|g| f16::from_f64(g * scale)));
+    let texels = (0..field.rows()).into_par_iter().flat_map_iter(row).collect();
+    (Level { width: columns, height: field.rows(), texels }, (1.0 / scale) as f32)
+}
+
+fn range(samples: &Samples) -> [f64; 2] {
+    let join = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a.min(c), b.max(d)];
+    let nothing = || [f64::INFINITY, f64::NEG_INFINITY];
+    match samples {
+        Samples::U16(s) => s.par_iter().map(|&v| [f64::from(v); 2]).reduce(nothing, join),
+        Samples::F32(s) => s.par_iter().map(|&v| [f64::from(v); 2]).reduce(nothing, join),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::terrain::Voids;
+
+    /// Whatever the units of a map, its gradients survive in half floats to 11 bits.
+    #[test]
+    fn gradients_survive_in_half_floats_whatever_the_units() {
+        let shape = [0.0, 1.0, 3.0, 2.0, 8.0, 0.5, 0.25, -7.0, 4.0_f32];
+        for unit in [1e-30, 1e-3, 1.0, 1e5, 1e30_f32] {
+            let field = HeightField::from_f32(3, 3, shape.map(|v| v * unit).to_vec(), Voids::default()).unwrap();
+            let (level, factor) = gradients(&field);
+            for r in 0..3 {
+                for c in 0..3 {
+                    let stored = level.texels[(r * 3 + c) as usize].map(|g| f64::from(g.to_f32() * factor));
+                    for (got, want) in stored.into_iter().zip(field.gradient(c, r)) {
+                        assert!((got - want).abs() <= want.abs() / 1024.0, "{got} is not {want} in units of {unit}");
+                    }
+                }
+            }
+        }
+        let steep = HeightField::from_u16(2, 2, vec![0, 65535, 65535, 0], Voids::default()).unwrap();
+        let (level, factor) = gradients(&steep);
+        assert!((level.texels[0][0].to_f32() * factor - 65535.0).abs() < 64.0);
+    }
+}
