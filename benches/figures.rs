@@ -33,7 +33,7 @@ fn scene() -> Scene {
         size: Some(DVec2::new(93_840.0, 111_240.0)),
         max_height: 65_535.0,
         base_height: -1_000.0,
-        precision: 4.0,
+        detail: DetailMode::Precision(4.0),
         ..SeamlessTerrain::default()
     }));
     scene
@@ -53,10 +53,14 @@ fn load(c: &mut Criterion) {
     });
     group.bench_function("errors of the coarse triangles, all patches", |b| {
         b.iter_batched(
-            || Terrain::new(image.height_field(None).expect("a map")).tree(Resolutions::new(16, 3).expect("valid")),
-            |tree| {
-                let field = image.height_field(None).expect("a map");
-                tree.fan_errors(&field).get(tree.hierarchy(), tree.hierarchy().leaf_at(0, 0))
+            || {
+                let terrain = Terrain::new(image.height_field(None).expect("a map"));
+                let tree = terrain.tree(Resolutions::new(16, 3).expect("valid"));
+                (terrain, tree)
+            },
+            |(terrain, tree)| {
+                tree.fan_errors(terrain.field());
+                (terrain, tree)
             },
             BatchSize::LargeInput,
         );
@@ -65,8 +69,7 @@ fn load(c: &mut Criterion) {
 }
 
 fn selection(c: &mut Criterion) {
-    let terrain =
-        Terrain::new(Image::open(&andes()).and_then(|i| Ok(i.height_field(None))).expect("there").expect("a map"));
+    let terrain = Terrain::new(Image::open(&andes()).expect("the map is there").height_field(None).expect("a map"));
     let tree = terrain.tree(Resolutions::new(16, 3).expect("valid"));
     let tree = tree.hierarchy();
     let mut selection = Selection::new(tree);

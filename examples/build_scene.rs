@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             max_height: 65_535.0,
             base_height: -1_000.0,
             void_sample: Some(0.0),
-            precision: 4.0,
+            detail: DetailMode::Precision(4.0),
             ..SeamlessTerrain::default()
         },
     )?;

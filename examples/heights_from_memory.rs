@@ -32,7 +32,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     scene.add(root, BaseColor { rgb: Color::new(0.35, 0.55, 0.75) })?;
     scene.add(root, Texture2::from_image(image))?;
     // Heights of 1 are 1 unit high on a ground of 10 units.
-    scene.add(root, SeamlessTerrain { scale: 10.0, max_height: 1.0, precision: 8.0, ..SeamlessTerrain::default() })?;
+    scene.add(
+        root,
+        SeamlessTerrain {
+            scale: 10.0,
+            max_height: 1.0,
+            detail: DetailMode::Precision(8.0),
+            ..SeamlessTerrain::default()
+        },
+    )?;
 
     let down = Ray::new(DVec3::new(5.0, 5.0, 100.0), DVec3::NEG_Z)?;
     let hits = RayPickAction::ray(down).apply(&scene)?;

@@ -61,7 +61,7 @@ fn the_box_contains_every_vertex_and_is_tight_at_full_detail() {
             let terrain = SeamlessTerrain {
                 scale: 100.0,
                 max_height: 20.0,
-                precision,
+                detail: DetailMode::Precision(precision),
                 resolutions: (4, 2),
                 culling: false,
                 ..SeamlessTerrain::default()

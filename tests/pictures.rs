@@ -88,7 +88,7 @@ fn fuji(camera: PerspectiveCamera, colors: bool, change: impl FnOnce(&mut Seamle
         scene.add(root, TextureUnit { unit: 1 }).unwrap();
         scene.add(root, Texture2::from_image(atlas(&fuji_image()))).unwrap();
     }
-    let mut terrain = SeamlessTerrain { precision: 3.0, ..metres(FUJI) };
+    let mut terrain = SeamlessTerrain { detail: DetailMode::Precision(3.0), ..metres(FUJI) };
     change(&mut terrain);
     scene.add(root, terrain).unwrap();
     scene
@@ -161,14 +161,15 @@ fn fuji_at_a_grazing_angle() {
 
 #[test]
 fn fuji_with_tiles_green_and_strips_red() {
-    let scene = fuji(from_the_south(), false, |t| (t.color_mode, t.precision) = (ColorMode::Parts, 1.0));
+    let scene =
+        fuji(from_the_south(), false, |t| (t.color_mode, t.detail) = (ColorMode::Parts, DetailMode::Precision(1.0)));
     matches_reference("fuji_parts", &draw(&scene, &small(SKY)));
 }
 
 #[test]
 fn fuji_coloured_by_level() {
     let scene = fuji(from_the_south(), false, |t| {
-        (t.color_mode, t.resolutions, t.precision) = (ColorMode::Levels, (4, 2), 6.0);
+        (t.color_mode, t.resolutions, t.detail) = (ColorMode::Levels, (4, 2), DetailMode::Precision(6.0));
     });
     matches_reference("fuji_levels", &draw(&scene, &small(SKY)));
 }
@@ -208,7 +209,16 @@ fn no_background_shows_through_the_ground() {
                     scene.add(root, camera(eye, look_at, 0.9)).unwrap();
                     scene.add(root, BaseColor { rgb: Color::WHITE, ..Default::default() }).unwrap();
                     scene.add(root, Texture2::from_image(Arc::clone(&map))).unwrap();
-                    scene.add(root, SeamlessTerrain { resolutions, precision, ..terrain.clone() }).unwrap();
+                    scene
+                        .add(
+                            root,
+                            SeamlessTerrain {
+                                resolutions,
+                                detail: DetailMode::Precision(precision),
+                                ..terrain.clone()
+                            },
+                        )
+                        .unwrap();
                     let action = RenderAction { background: Color::new(1.0, 0.0, 1.0), ..RenderAction::new(300, 300) };
                     let view = action.viewpoint(&scene).unwrap();
                     let picture = draw(&scene, &action);
