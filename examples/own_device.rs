@@ -79,7 +79,7 @@ fn fuji() -> Result<Scene, Box<dyn Error>> {
             max_height: 65535.0,
             base_height: -1000.0,
             void_sample: Some(0.0),
-            precision: 3.0,
+            detail: DetailMode::PixelError(1.0),
             ..SeamlessTerrain::default()
         },
     )?;

@@ -55,7 +55,7 @@ fn view(rng: &mut Rng, map: &Map, k: u32) -> Viewpoint {
     let above = rng.unit().powi(3) * extent.x + 2.0;
     let eye = DVec3::new(u * extent.x, v * extent.y, map.frame.base + ground * map.frame.z_step + above);
     let yaw = rng.range(0.0, std::f64::consts::TAU);
-    let pitch = if k % 3 == 0 { rng.range(-0.1, 0.05) } else { rng.range(-1.57, 0.0) };
+    let pitch = if k.is_multiple_of(3) { rng.range(-0.1, 0.05) } else { rng.range(-1.57, 0.0) };
     let forward = DVec3::new(yaw.cos() * pitch.cos(), yaw.sin() * pitch.cos(), pitch.sin());
     let right = forward.cross(DVec3::Z).normalize();
     let lens = if k % 5 == 4 {

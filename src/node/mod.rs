@@ -40,6 +40,7 @@ pub use group::Group;
 pub use light::{DirectionalLight, PointLight};
 pub use material::Material;
 pub use registry::Registry;
+pub(crate) use registry::nearest;
 pub use seamless_terrain::{ColorMode, DetailMode, SeamlessTerrain, VoidMode, lattice_view};
 pub use separator::Separator;
 pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderValue, VertexShader};
@@ -389,9 +390,10 @@ macro_rules! define_node {
                         },
                         write: |node| {
                             let node: &dyn ::std::any::Any = node;
-                            let value = &node.downcast_ref::<$name>()?.$field;
-                            (*value != <$name as ::std::default::Default>::default().$field)
-                                .then(|| $crate::node::FieldValue::write(value))
+                            let text = $crate::node::FieldValue::write(&node.downcast_ref::<$name>()?.$field);
+                            // Compared as text, which tells -0.0 from 0.0.
+                            let default = <$name as ::std::default::Default>::default().$field;
+                            (text != $crate::node::FieldValue::write(&default)).then_some(text)
                         },
                     },
                 )*],

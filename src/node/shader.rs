@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::{ChildRule, FieldValue, PropertyNode};
+use super::{ChildRule, FieldProblem, FieldValue, PropertyNode, nearest};
 use crate::action::{PropertyContext, State};
 
 /// The value of a [`ShaderParameter`].
@@ -26,6 +26,24 @@ crate::define_node! {
         pub name: String = String::new(),
         /// Value.
         pub value: ShaderValue = ShaderValue::Texture(0),
+    }
+    check ShaderParameter::check;
+}
+
+/// The parameters of the built-in program.
+const KNOWN: [&str; 2] = ["height_map", "color_map"];
+
+impl ShaderParameter {
+    fn check(&self) -> Vec<FieldProblem> {
+        if KNOWN.contains(&self.name.as_str()) {
+            return Vec::new();
+        }
+        let known = "the built-in program knows height_map and color_map";
+        let message = match nearest(&self.name, KNOWN.into_iter()) {
+            Some(near) => format!("\"{}\" is unknown, did you mean \"{near}\"? {known}", self.name),
+            None => format!("\"{}\" is unknown: {known}", self.name),
+        };
+        vec![FieldProblem::new("name", message)]
     }
 }
 

@@ -1,0 +1,87 @@
+//! Everything that can be said of a scene file without drawing it.
+
+use std::collections::HashSet;
+use std::ops::ControlFlow;
+use std::path::Path as FilePath;
+
+use super::error::{Mistake, Problem, ReadError};
+use super::read::{Read, read_file};
+use crate::action::walk::{Visitor, walk};
+use crate::action::{ActionError, ShapeContext, ShapeError, State};
+use crate::node::{Registry, ShapeNode, Texture2};
+use crate::scene::{NodeKey, Path};
+
+/// Most occurrences of nodes that are looked at: shared groups in shared groups can have more than could ever be walked.
+const MOST: usize = 1_000_000;
+
+/// Reads a scene and looks for all that its actions would stumble over: every image is decoded, and every shape is asked
+/// for its bounds. Returns the number of nodes.
+///
+/// # Errors
+///
+/// As for [`read_scene`](super::read_scene): the first mistake of syntax, or all mistakes of meaning. Those that can only be
+/// seen in a graph without mistakes come when the others are gone.
+pub fn check(path: impl AsRef<FilePath>, registry: &Registry) -> Result<usize, ReadError> {
+    let path = path.as_ref();
+    let read = read_file(path, registry)?;
+    let mut check = Check { read: &read, mistakes: Vec::new(), seen: HashSet::new(), left: MOST };
+    if let Err(error) = walk(&read.scene, &mut check) {
+        let problem = Problem::Shape(ShapeError::Other(error.to_string()));
+        check.mistakes.push(Mistake { position: None, problem, path_in_tree: Vec::new() });
+    }
+    let mut mistakes = check.mistakes;
+    if mistakes.is_empty() {
+        return Ok(read.scene.len());
+    }
+    mistakes.sort_by_key(|m| m.position);
+    Err(ReadError::Mistakes { path: Some(path.to_owned()), mistakes })
+}
+
+struct Check<'r> {
+    read: &'r Read,
+    mistakes: Vec<Mistake>,
+    /// What was complained about, by the node at fault.
+    seen: HashSet<(NodeKey, String)>,
+    left: usize,
+}
+
+impl Check<'_> {
+    /// Notes a problem of a node, or of one of its fields, once however often the node occurs.
+    fn mistake(&mut self, key: NodeKey, field: Option<&'static str>, problem: Problem, path: &Path) {
+        if self.seen.insert((key, problem.to_string())) {
+            let position = field.and_then(|field| self.read.fields.get(&(key, field)).copied());
+            let position = position.or_else(|| self.read.scene.position(key));
+            self.mistakes.push(Mistake { position, problem, path_in_tree: path.names(&self.read.scene) });
+        }
+    }
+}
+
+impl Visitor for Check<'_> {
+    fn enter(&mut self, path: &Path, _: &State) -> Result<ControlFlow<()>, ActionError> {
+        let scene = &self.read.scene;
+        if let Some(key) = path.tail()
+            && let Some(texture) = scene.get::<Texture2>(key)
+            && !texture.filename.is_empty()
+            && let Err(error) = scene.resources().image(&scene.resolve(&texture.filename))
+        {
+            self.mistake(key, Some("filename"), Problem::Image(error), path);
+        }
+        self.left -= 1;
+        Ok(if self.left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+    }
+
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
+        let cx = ShapeContext { scene: &self.read.scene, state, path, viewpoint: None };
+        match (shape.bounds(&cx), path.tail()) {
+            (Err(ShapeError::Image(_)), _) => {} // told at its texture
+            (Err(error @ ShapeError::HeightField(_)), Some(key)) => {
+                let texture = state.texture(state.program.height_unit).map(|texture| texture.node);
+                let (key, field) = texture.map_or((key, None), |texture| (texture, Some("filename")));
+                self.mistake(key, field, Problem::Shape(error), path);
+            }
+            (Err(error), Some(key)) => self.mistake(key, None, Problem::Shape(error), path),
+            _ => {}
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+}
