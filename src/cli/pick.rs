@@ -1,0 +1,278 @@
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::PathBuf;
+
+use rayon::prelude::*;
+use seamount::action::Picker;
+use seamount::node::HitDetail;
+use seamount::prelude::*;
+use seamount::terrain::Side;
+use serde::Serialize;
+
+use super::{Failure, Outcome, Output, SceneArg, in_file, load, size};
+
+/// Find where a ray meets the scene.
+///
+/// Terrains are met on the four coarse triangles of each patch of the picture that the camera takes; without a camera, of
+/// their finest patches. No graphics hardware is used.
+#[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("target").required(true))]
+pub(super) struct Args {
+    #[command(flatten)]
+    scene: SceneArg,
+    /// Through the centre of a pixel, counted from the top left
+    #[arg(long, group = "target", value_name = "X,Y", value_parser = pixel)]
+    pixel: Option<[u32; 2]>,
+    /// Along a ray: origin and direction in world coordinates
+    #[arg(long, group = "target", value_name = "OX,OY,OZ,DX,DY,DZ", value_parser = ray, allow_hyphen_values = true)]
+    ray: Option<Ray>,
+    /// Along the rays in a file, six numbers a line, `-` for standard input
+    ///
+    /// Numbers are separated by commas or blanks. Prints a JSON object a line, in the same order; for a line that is no
+    /// ray, empty ones included, an object with `error` and `line`, and goes on. The exit status is 0 even so.
+    #[arg(long, group = "target", value_name = "FILE")]
+    rays: Option<PathBuf>,
+    /// Size of the picture that pixels refer to and detail is chosen for
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
+    size: [u32; 2],
+    /// Name of the camera; the first one if not given
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
+    /// All crossings in order of distance, instead of the first
+    #[arg(long)]
+    all: bool,
+    /// Print an object with `hits`
+    #[arg(long)]
+    json: bool,
+}
+
+fn numbers<T: std::str::FromStr, const N: usize>(text: &str, what: &str) -> Result<[T; N], String> {
+    let parsed: Result<Vec<T>, _> = text
+        .split(|c: char| c == ',' || c.is_whitespace())
+        .filter(|word| !word.is_empty())
+        .map(|word| word.parse().map_err(|_| format!("{word:?} is no number; give {what}")))
+        .collect();
+    let parsed = parsed?;
+    let count = parsed.len();
+    parsed.try_into().map_err(|_| format!("{count} numbers instead of {N}: give {what}"))
+}
+
+fn pixel(text: &str) -> Result<[u32; 2], String> {
+    numbers(text, "column and row as in 640,360, from 0 up")
+}
+
+fn ray(text: &str) -> Result<Ray, String> {
+    let [ox, oy, oz, dx, dy, dz] = numbers(text, "origin and direction as in 0,0,100,0,0,-1")?;
+    Ray::new(DVec3::new(ox, oy, oz), DVec3::new(dx, dy, dz)).map_err(|error| error.to_string())
+}
+
+pub(super) fn run(args: &Args) -> Outcome {
+    let [width, height] = args.size;
+    if let Some([x, y]) = args.pixel
+        && (x >= width || y >= height)
+    {
+        let message = format!(
+            "pixel {x},{y} lies outside of the picture of {width}x{height}: pixels count from 0,0 to {},{}",
+            width - 1,
+            height - 1
+        );
+        return Err(Failure::Usage(message));
+    }
+    let scene = load(&args.scene.scene)?;
+    let failed = in_file(&args.scene.scene);
+    let action =
+        RayPickAction { size: args.size, camera: args.camera.clone(), ..RayPickAction::pixel(0, 0, args.size) };
+    let picker = action.picker(&scene).map_err(&failed)?;
+    if let Some(path) = &args.rays {
+        return stream(args, path, &scene, &picker, &failed);
+    }
+    let ray = match (args.ray, args.pixel) {
+        (Some(ray), _) => ray,
+        (None, Some([x, y])) => {
+            let centre = |p: u32, side: u32| (f64::from(p) + 0.5) / f64::from(side);
+            picker.ray_through(centre(x, width), centre(y, height)).map_err(&failed)?
+        }
+        (None, None) => return Err(Failure::Usage("give --pixel, --ray or --rays".to_owned())),
+    };
+    let hits = picker.pick(&ray, args.all).map_err(&failed)?;
+    let mut out = Output::new();
+    if args.json {
+        out.json(&Hits::new(&hits, &scene))?;
+    } else if hits.is_empty() {
+        out.line("nothing hit")?;
+    } else {
+        for hit in &hits {
+            out.line(sentence(hit, &scene))?;
+        }
+    }
+    out.flush()
+}
+
+/// A hit for people.
+fn sentence(hit: &PickedPoint, scene: &Scene) -> String {
+    let (p, n) = (hit.point, hit.normal);
+    let mut text = format!(
+        "{} {} {}  distance {}  normal {:.6} {:.6} {:.6}  {}",
+        p.x,
+        p.y,
+        p.z,
+        hit.distance,
+        n.x,
+        n.y,
+        n.z,
+        hit.path.names(scene).join("/"),
+    );
+    if let Some(bound) = hit.error_bound.filter(|&bound| bound > 0.0) {
+        text.push_str(&format!("  within {bound} of the ground"));
+    }
+    text
+}
+
+/// Most rays that are taken at once.
+const CHUNK: usize = 4096;
+
+/// Picks along the rays of a file. As many lines as have come are taken at once and shared among the processors; nothing
+/// waits for more, so that a program on the other end of a pipe can ask line by line.
+fn stream(
+    args: &Args,
+    path: &PathBuf,
+    scene: &Scene,
+    picker: &Picker<'_>,
+    failed: &(impl Fn(ActionError) -> Failure + Sync),
+) -> Outcome {
+    let source: Box<dyn Read> = if path.as_os_str() == "-" {
+        Box::new(io::stdin().lock())
+    } else {
+        let unreadable = |error| Failure::Error(format!("can not read the rays in {}: {error}", path.display()));
+        Box::new(std::fs::File::open(path).map_err(unreadable)?)
+    };
+    let mut source = BufReader::with_capacity(1 << 18, source);
+    let mut out = Output::new();
+    let mut done = 0;
+    let mut lines: Vec<Vec<u8>> = Vec::new();
+    loop {
+        lines.clear();
+        let mut line = Vec::new();
+        while source.read_until(b'\n', &mut line).map_err(|e| Failure::Error(format!("can not read the rays: {e}")))?
+            > 0
+        {
+            lines.push(std::mem::take(&mut line));
+            if lines.len() >= CHUNK || !source.buffer().contains(&b'\n') {
+                break;
+            }
+        }
+        if lines.is_empty() {
+            return out.flush();
+        }
+        let answers: Vec<Result<String, Failure>> = lines
+            .par_iter()
+            .with_min_len(16)
+            .enumerate()
+            .map(|(index, line)| answer(line, done + index + 1, args.all, scene, picker, failed))
+            .collect();
+        for answer in answers {
+            out.line(answer?)?;
+        }
+        done += lines.len();
+        out.flush()?;
+    }
+}
+
+/// The JSON object for a line.
+fn answer(
+    line: &[u8],
+    number: usize,
+    all: bool,
+    scene: &Scene,
+    picker: &Picker<'_>,
+    failed: &(impl Fn(ActionError) -> Failure + Sync),
+) -> Result<String, Failure> {
+    let found = std::str::from_utf8(line).map_err(|_| "the line is not UTF-8 text".to_owned()).and_then(ray);
+    let text = match found {
+        Ok(ray) => serde_json::to_string(&Hits::new(&picker.pick(&ray, all).map_err(failed)?, scene)),
+        Err(error) => serde_json::to_string(&NoRay { error, line: number }),
+    };
+    Ok(text?)
+}
+
+#[derive(Serialize)]
+struct NoRay {
+    error: String,
+    line: usize,
+}
+
+#[derive(Serialize)]
+struct Hits {
+    hits: Vec<Hit>,
+}
+
+impl Hits {
+    fn new(hits: &[PickedPoint], scene: &Scene) -> Self {
+        Self { hits: hits.iter().map(|hit| Hit::new(hit, scene)).collect() }
+    }
+}
+
+#[derive(Serialize)]
+struct Hit {
+    point: [f64; 3],
+    normal: [f64; 3],
+    distance: f64,
+    uv: [f64; 2],
+    path: Vec<String>,
+    surface: &'static str,
+    error_bound: Option<f64>,
+    terrain: Option<Terrain>,
+}
+
+/// What only a terrain can say.
+#[derive(Serialize)]
+struct Terrain {
+    level: u8,
+    patch: Place,
+    cell: Place,
+    triangle: &'static str,
+    wall: bool,
+    void: bool,
+    height: f64,
+    slope: f64,
+    entering: bool,
+}
+
+#[derive(Serialize)]
+struct Place {
+    column: u32,
+    row: u32,
+}
+
+impl Hit {
+    fn new(hit: &PickedPoint, scene: &Scene) -> Self {
+        let terrain = match hit.detail {
+            HitDetail::Terrain(detail) => Some(Terrain {
+                level: detail.patch.level,
+                patch: Place { column: detail.patch.column, row: detail.patch.row },
+                cell: Place { column: detail.cell[0], row: detail.cell[1] },
+                triangle: match detail.triangle {
+                    Side::North => "north",
+                    Side::East => "east",
+                    Side::South => "south",
+                    Side::West => "west",
+                },
+                wall: detail.wall,
+                void: detail.void,
+                height: detail.height,
+                slope: detail.slope,
+                entering: detail.entering,
+            }),
+            _ => None,
+        };
+        Self {
+            point: hit.point.to_array(),
+            normal: hit.normal.to_array(),
+            distance: hit.distance,
+            uv: hit.uv.to_array(),
+            path: hit.path.names(scene),
+            surface: hit.surface.name(),
+            error_bound: hit.error_bound,
+            terrain,
+        }
+    }
+}
