@@ -41,27 +41,27 @@ impl<T: Copy + Send + Sync> Level<T> {
         encode: impl Fn([f32; N]) -> T + Sync,
     ) -> Self {
         let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
-        let row = |y: u32| {
+        let Some(&any) = self.texels.first() else {
+            return Self { width, height, texels: Vec::new() };
+        };
+        let mut texels = vec![any; width as usize * height as usize];
+        texels.par_chunks_mut(width as usize).zip(0..height).for_each(|(row, y)| {
             let rows = taps(self.height, height, y);
-            let (decode, encode) = (&decode, &encode);
-            (0..width).map(move |x| {
+            for (texel, x) in row.iter_mut().zip(0..width) {
+                let columns = taps(self.width, width, x);
                 let mut sum = [0.0; N];
-                for (r, row_share) in rows {
-                    for (c, share) in taps(self.width, width, x) {
-                        let share = share * row_share;
-                        if share > 0.0
-                            && let Some(&texel) = self.texels.get(r as usize * self.width as usize + c as usize)
-                        {
+                for (r, row_share) in rows.iter().filter(|(_, share)| *share > 0.0) {
+                    for (c, share) in columns.iter().filter(|(_, share)| *share > 0.0) {
+                        if let Some(&texel) = self.texels.get(*r as usize * self.width as usize + *c as usize) {
                             for (sum, value) in sum.iter_mut().zip(decode(texel)) {
-                                *sum += share * value;
+                                *sum += share * row_share * value;
                             }
                         }
                     }
                 }
-                encode(sum)
-            })
-        };
-        let texels = (0..height).into_par_iter().flat_map_iter(row).collect();
+                *texel = encode(sum);
+            }
+        });
         Self { width, height, texels }
     }
 }
