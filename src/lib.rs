@@ -18,8 +18,8 @@ pub mod prelude {
         SearchAction,
     };
     pub use crate::node::{
-        AxisAngle, BaseColor, Color, ColorMode, Complexity, Cube, DirectionalLight, FragmentShader, Group, Material,
-        Node, OrthographicCamera, PerspectiveCamera, PointLight, SeamlessTerrain, Separator, ShaderParameter,
+        AxisAngle, BaseColor, Color, ColorMode, Complexity, Cube, DetailMode, DirectionalLight, FragmentShader, Group,
+        Material, Node, OrthographicCamera, PerspectiveCamera, PointLight, SeamlessTerrain, Separator, ShaderParameter,
         ShaderProgram, ShaderValue, Texture2, TextureUnit, Transform, VertexShader, VoidMode,
     };
     pub use crate::scene::{EditError, Image, NodeKey, Path, Pixels, Scene};

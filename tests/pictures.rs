@@ -1,12 +1,13 @@
 //! Pictures: what is drawn is what the scene says. These tests need a graphics adapter (a software one does) and fail
 //! without one.
+#![cfg(feature = "render")]
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use seamount::action::{DebugColor, Effects, GeometryKind};
 use seamount::prelude::*;
-use seamount::render::{Headless, Picture, shader_text};
+use seamount::render::{Headless, Picture, Renderer, RendererOptions, shader_text};
 use seamount::scene::{Image, Pixels};
 use seamount::terrain::Samples;
 
@@ -88,7 +89,7 @@ fn fuji(camera: PerspectiveCamera, colors: bool, change: impl FnOnce(&mut Seamle
         scene.add(root, TextureUnit { unit: 1 }).unwrap();
         scene.add(root, Texture2::from_image(atlas(&fuji_image()))).unwrap();
     }
-    let mut terrain = SeamlessTerrain { precision: 3.0, ..metres(FUJI) };
+    let mut terrain = SeamlessTerrain { detail: DetailMode::Precision(3.0), ..metres(FUJI) };
     change(&mut terrain);
     scene.add(root, terrain).unwrap();
     scene
@@ -161,14 +162,15 @@ fn fuji_at_a_grazing_angle() {
 
 #[test]
 fn fuji_with_tiles_green_and_strips_red() {
-    let scene = fuji(from_the_south(), false, |t| (t.color_mode, t.precision) = (ColorMode::Parts, 1.0));
+    let scene =
+        fuji(from_the_south(), false, |t| (t.color_mode, t.detail) = (ColorMode::Parts, DetailMode::Precision(1.0)));
     matches_reference("fuji_parts", &draw(&scene, &small(SKY)));
 }
 
 #[test]
 fn fuji_coloured_by_level() {
     let scene = fuji(from_the_south(), false, |t| {
-        (t.color_mode, t.resolutions, t.precision) = (ColorMode::Levels, (4, 2), 6.0);
+        (t.color_mode, t.resolutions, t.detail) = (ColorMode::Levels, (4, 2), DetailMode::Precision(6.0));
     });
     matches_reference("fuji_levels", &draw(&scene, &small(SKY)));
 }
@@ -206,9 +208,18 @@ fn no_background_shows_through_the_ground() {
                     let mut scene = Scene::new();
                     let root = scene.root();
                     scene.add(root, camera(eye, look_at, 0.9)).unwrap();
-                    scene.add(root, BaseColor { rgb: Color::WHITE, ..Default::default() }).unwrap();
+                    scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
                     scene.add(root, Texture2::from_image(Arc::clone(&map))).unwrap();
-                    scene.add(root, SeamlessTerrain { resolutions, precision, ..terrain.clone() }).unwrap();
+                    scene
+                        .add(
+                            root,
+                            SeamlessTerrain {
+                                resolutions,
+                                detail: DetailMode::Precision(precision),
+                                ..terrain.clone()
+                            },
+                        )
+                        .unwrap();
                     let action = RenderAction { background: Color::new(1.0, 0.0, 1.0), ..RenderAction::new(300, 300) };
                     let view = action.viewpoint(&scene).unwrap();
                     let picture = draw(&scene, &action);
@@ -391,7 +402,7 @@ fn the_colour_map_lies_north_up_and_edge_to_edge() {
     let mut scene = Scene::new();
     let root = scene.root();
     scene.add(root, OrthographicCamera { look_at: None, ..Default::default() }).unwrap();
-    scene.add(root, BaseColor { rgb: Color::WHITE, ..Default::default() }).unwrap();
+    scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
     scene.add(root, Texture2::from_image(Image::new(5, 5, Pixels::Gray16(vec![7; 25])).unwrap())).unwrap();
     scene.add(root, TextureUnit { unit: 1 }).unwrap();
     scene.add(root, Texture2::from_image(Image::new(2, 2, Pixels::Rgba8(colors.to_vec())).unwrap())).unwrap();
@@ -481,4 +492,132 @@ fn shaders_hold_what_was_asked_for_and_nothing_else() {
     let text = shader_text(&levels, wgpu::TextureFormat::Rgba8Unorm).unwrap();
     assert!(text.contains("palette") && text.contains("srgb") && !text.contains("color_map"), "{text}");
     assert!(!text.contains("diffuse: vec4"), "{text}");
+}
+
+/// A second frame sends no map and compiles nothing; what an effect needs is there only if the effect is.
+#[test]
+fn a_scene_pays_for_what_it_asks_for() {
+    let samples = 1201 * 1201;
+    let frame = |scene: &Scene| small(SKY).apply(scene).unwrap();
+    let mut headless = Headless::new(None).unwrap();
+    let mut scene = fuji(from_the_south(), false, |t| t.color_mode = ColorMode::Parts);
+
+    // Heights of two bytes; the rest are uniforms, instances and the indices of tiles and strips.
+    let report = headless.draw(&frame(&scene)).unwrap().report;
+    assert!((2 * samples..3 * samples).contains(&report.bytes_uploaded), "{report:?}");
+    assert_eq!(report.pipelines_made, 1);
+    // Gradients of four bytes and a third of that for smaller copies, but no second copy of the heights.
+    let terrain = *scene.children(scene.root()).last().unwrap();
+    scene.edit::<SeamlessTerrain>(terrain).unwrap().color_mode = ColorMode::Plain;
+    let report = headless.draw(&frame(&scene)).unwrap().report;
+    assert!((5 * samples..6 * samples).contains(&report.bytes_uploaded), "{report:?}");
+    assert_eq!(report.pipelines_made, 1);
+    let held = report.gpu_bytes;
+    let again = frame(&scene);
+    let report = headless.draw(&again).unwrap().report;
+    assert!(report.bytes_uploaded < 100_000, "{report:?}");
+    assert_eq!((report.pipelines_made, report.gpu_bytes, report.draw_calls), (0, held, again.statistics.draw_calls));
+}
+
+/// Where the ground is out of view it costs nothing, and the picture is background.
+#[test]
+fn an_empty_view_is_background() {
+    let scene = fuji(camera(DVec3::Z * 1e5, DVec3::Z * 2e5, 0.5), true, |_| ());
+    let mut headless = Headless::new(None).unwrap();
+    let picture = headless.draw(&small(SKY).apply(&scene).unwrap()).unwrap();
+    assert_eq!(ground(&picture, [184, 209, 237]).1, 0);
+    assert_eq!((picture.report.pipelines_made, picture.report.draw_calls, picture.report.bytes_uploaded), (0, 0, 0));
+}
+
+#[test]
+fn what_does_not_fit_the_device_is_an_error_that_names_the_limit() {
+    let mut headless = Headless::new(None).unwrap();
+    let long = 70_000;
+    let mut scene = Scene::new();
+    let root = scene.root();
+    scene.add(root, PerspectiveCamera::default()).unwrap();
+    scene.add(root, Cube::default()).unwrap();
+    let cube = RenderAction::new(32, 32).apply(&scene).unwrap();
+    let error = headless.draw(&RenderAction::new(long, 1).apply(&scene).unwrap()).unwrap_err().to_string();
+    assert!(error.contains("70000 × 1") && error.contains("can not be drawn"), "{error}");
+
+    let strip = Image::new(long, 2, Pixels::Gray16(vec![5; long as usize * 2])).unwrap();
+    scene.add(root, Texture2::from_image(strip)).unwrap();
+    scene.add(root, SeamlessTerrain::default()).unwrap();
+    let error = headless.draw(&RenderAction::new(32, 32).apply(&scene).unwrap()).unwrap_err().to_string();
+    assert!(error.contains("a height map of 70000 × 2") && error.contains("max_texture_dimension_2d"), "{error}");
+    // And on it goes.
+    assert!(ground(&headless.draw(&cube).unwrap(), [0; 3]).1 > 100);
+}
+
+#[test]
+fn an_adapter_that_is_not_there_is_an_error_that_lists_those_that_are() {
+    let present = headless().adapter().name.clone();
+    let error = Headless::new(Some("no such adapter")).unwrap_err().to_string();
+    assert!(error.contains("no such adapter") && error.contains(&present), "{error}");
+    assert!(error.contains("mesa-vulkan-drivers"), "{error}");
+    // Part of a name, in any case, will do.
+    let part = present.to_uppercase();
+    assert_eq!(Headless::new(part.split(' ').next()).unwrap().adapter().name, present);
+}
+
+/// A device, queue and target of the caller's, without sRGB encoding and with one sample: the same colours.
+#[test]
+fn a_target_that_does_not_encode_srgb_gets_encoded_colours() {
+    let instance = wgpu::Instance::default();
+    let wanted = headless().adapter().name.clone();
+    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    let adapter = adapters.into_iter().find(|a| a.get_info().name == wanted).unwrap();
+    let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor::default())).unwrap();
+    let scene = fuji(from_the_south(), true, |_| ());
+    let frame = small(SKY).apply(&scene).unwrap();
+    let draw = |format| {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: 512, height: 288, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let options = RendererOptions { samples: 1, ..RendererOptions::default() };
+        let mut renderer = Renderer::new(&device, &queue, format, options);
+        renderer.draw(&device, &queue, &frame, &texture.create_view(&Default::default())).unwrap();
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: 512 * 288 * 4,
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(2048), rows_per_image: None };
+        let copy = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+        encoder.copy_texture_to_buffer(texture.as_image_copy(), copy, texture.size());
+        queue.submit([encoder.finish()]);
+        buffer.slice(..).map_async(wgpu::MapMode::Read, |result| result.unwrap());
+        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        buffer.slice(..).get_mapped_range().unwrap().to_vec()
+    };
+    let (by_device, by_shader) = (draw(wgpu::TextureFormat::Rgba8UnormSrgb), draw(wgpu::TextureFormat::Rgba8Unorm));
+    let worst = by_device.iter().zip(&by_shader).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(worst <= Some(1), "{worst:?}");
+
+    // A view of another size is refused, and the renderer says so instead of panicking.
+    let small_view = device
+        .create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: 100, height: 100, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba8Unorm,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        })
+        .create_view(&Default::default());
+    let mut renderer = Renderer::new(&device, &queue, wgpu::TextureFormat::Rgba8Unorm, RendererOptions::default());
+    let error = renderer.draw(&device, &queue, &frame, &small_view).unwrap_err().to_string();
+    assert!(error.contains("refused drawing"), "{error}");
 }

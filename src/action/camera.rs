@@ -44,14 +44,16 @@ pub struct PlacedCamera {
 }
 
 impl PlacedCamera {
-    /// The view that the camera gives in a picture of this aspect (width over height) of a scene with this box. The box
+    /// The view that the camera gives in a picture of this size in pixels of a scene with this box. The box
     /// places a camera that has no position, and gives near and far where the node does not.
     ///
     /// # Errors
     ///
     /// [`CameraError`].
-    pub fn viewpoint(&self, aspect: f64, scene: Option<Aabb>) -> Result<Viewpoint, CameraError> {
+    pub fn viewpoint(&self, size: [u32; 2], scene: Option<Aabb>) -> Result<Viewpoint, CameraError> {
         let f = &self.fields;
+        let [width, pixels] = size.map(|n| f64::from(n.max(1)));
+        let aspect = width / pixels;
         let lens = match f.lens {
             // A picture higher than wide is widened so that what the camera means to show fits (ADJUST_CAMERA).
             Lens::Perspective { tan_half_height } => {
@@ -81,7 +83,8 @@ impl PlacedCamera {
         let right = unit(forward.cross(unit(up).ok_or(CameraError::NoDirection)?)).ok_or(CameraError::NoDirection)?;
         let up = right.cross(forward);
 
-        let mut view = Viewpoint { eye: DVec3::ZERO, right, up, forward, lens, aspect, near: 1.0, far: f.far_distance };
+        let (near, far) = (1.0, f.far_distance);
+        let mut view = Viewpoint { eye: DVec3::ZERO, right, up, forward, lens, aspect, pixels, near, far };
         match f.position {
             Some(position) => view.eye = self.model.transform_point3(position),
             None => view_all(&mut view, scene, f.look_at.map(|p| self.model.transform_point3(p))),
@@ -91,7 +94,7 @@ impl PlacedCamera {
         }
         fit_range(&mut view, f.near_distance, scene);
         match view.far {
-            Some(far) if !(view.near < far) => Err(CameraError::Range { near: view.near, far }),
+            Some(far) if view.near >= far => Err(CameraError::Range { near: view.near, far }),
             _ if !(view.near >= 0.0 && view.near.is_finite()) => {
                 Err(CameraError::Range { near: view.near, far: view.far.unwrap_or(f64::INFINITY) })
             }

@@ -66,7 +66,7 @@ impl RenderAction {
         let camera = find_camera(scene, self.camera.as_deref())?;
         let bounds = BoundingBoxAction::default().apply(scene)?;
         camera
-            .viewpoint(f64::from(width) / f64::from(height), bounds)
+            .viewpoint([width, height], bounds)
             .map_err(|error| ActionError::Camera { error, path: camera.path.names(scene) })
     }
 

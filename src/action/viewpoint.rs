@@ -34,6 +34,8 @@ pub struct Viewpoint {
     pub lens: Lens,
     /// Width of the picture over its height.
     pub aspect: f64,
+    /// Height of the picture in pixels, which are square.
+    pub pixels: f64,
     /// Distance along `forward` from which on things are seen; positive.
     pub near: f64,
     /// Distance along `forward` up to which things are seen; `None` without limit.
@@ -130,6 +132,7 @@ mod tests {
             forward: DVec3::Y,
             lens: Lens::Perspective { tan_half_height: 0.5 },
             aspect: 1.5,
+            pixels: 400.0,
             near: 0.1,
             far: None,
         };

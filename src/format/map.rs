@@ -95,13 +95,7 @@ pub fn scene_of_map(path: impl AsRef<Path>) -> Result<Scene, MapError> {
     scene.add(root, Texture2 { filename: filename.to_owned(), ..Default::default() })?;
     scene.add(
         root,
-        SeamlessTerrain {
-            scale: longer,
-            max_height: step * full,
-            base_height: -step * low,
-            precision: 4.0,
-            ..Default::default()
-        },
+        SeamlessTerrain { scale: longer, max_height: step * full, base_height: -step * low, ..Default::default() },
     )?;
     Ok(scene)
 }

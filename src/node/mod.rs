@@ -41,7 +41,7 @@ pub use light::{DirectionalLight, PointLight};
 pub use material::Material;
 pub use registry::Registry;
 pub(crate) use registry::nearest;
-pub use seamless_terrain::{ColorMode, SeamlessTerrain, VoidMode};
+pub use seamless_terrain::{ColorMode, DetailMode, SeamlessTerrain, VoidMode, lattice_view};
 pub use separator::Separator;
 pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderValue, VertexShader};
 pub use texture::{ImageRef, Texture2, TextureUnit, Wrap};

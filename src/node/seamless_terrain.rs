@@ -1,17 +1,18 @@
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DAffine3, DVec2, DVec3, DVec4};
 use serde::{Deserialize, Serialize};
 
 use super::field::enum_field;
-use super::{FieldProblem, HitDetail, ShapeHit, ShapeNode, TerrainDetail, TextureFilter, Triangle};
+use super::{FieldProblem, FieldValue, HitDetail, ShapeHit, ShapeNode, TerrainDetail, TextureFilter, Triangle};
 use crate::action::{
     Aabb, ColorMap, DebugColor, DrawContext, DrawOptions, Geometry, GeometryKind, Lens, Ray, ShapeContext, ShapeError,
     TerrainDraw, Viewpoint,
 };
 use crate::terrain::pick::{CoarseSurface, Fan, LatticeRay, TerrainHit};
 use crate::terrain::{
-    Detail, HeightField, Instances, LatticeFrame, LodEye, PatchTree, Resolutions, Samples, Side, Terrain,
+    Detail, HeightField, Instances, LatticeFrame, LatticeView, LodEye, PatchTree, PixelProjection, Resolutions,
+    Samples, Side, Terrain,
 };
 
 /// How a terrain is coloured.
@@ -27,6 +28,32 @@ pub enum ColorMode {
 }
 
 enum_field!(ColorMode: Plain | Parts | Levels);
+
+/// How the detail of a terrain is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum DetailMode {
+    /// The coarsest mesh whose every visible point lies within so many pixels of where full resolution would show it. From
+    /// 0 (full resolution in view) up.
+    PixelError(f64),
+    /// The published metric with precision ρ, above 0: a side of length l at distance d from the eye has ρ · l / d times the
+    /// largest resolution. 1 is coarse, 4 fine; it knows nothing of the roughness of the ground.
+    Precision(f64),
+    /// Every cell of the map.
+    Full,
+}
+
+impl FieldValue for DetailMode {
+    fn type_name() -> String {
+        "PixelError(pixels) | Precision(number) | Full".to_owned()
+    }
+
+    fn is_finite(&self) -> bool {
+        match self {
+            DetailMode::PixelError(v) | DetailMode::Precision(v) => v.is_finite(),
+            DetailMode::Full => true,
+        }
+    }
+}
 
 /// What becomes of samples without height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, Default)]
@@ -65,9 +92,9 @@ crate::define_node! {
         pub void_sample: Option<f64> = None,
         /// What becomes of voids.
         pub voids: VoidMode = VoidMode::Fill,
-        /// Detail ρ: a side of length l at distance d from the eye has ρ · l / d times the largest resolution. Above 0;
-        /// 1 is coarse, 4 fine. Complexity multiplies it by 4^(2·value − 1).
-        pub precision: f64 = 1.0,
+        /// How much detail is drawn and picked: by the error in pixels, by the published precision, or all there is.
+        /// Complexity multiplies the allowed error by 4^(1 − 2·value). Without a camera it is full detail.
+        pub detail: DetailMode = DetailMode::PixelError(1.0),
         /// Smallest resolution of a patch's side, a power of two, and how many resolutions there are, 2 to 5, each twice
         /// the one before.
         pub resolutions: (u32, u32) = (16, 3),
@@ -101,7 +128,15 @@ impl SeamlessTerrain {
         }
         need("max_height", self.max_height.is_finite(), format!("{} is not a finite number", self.max_height));
         need("base_height", self.base_height.is_finite(), format!("{} is not a finite number", self.base_height));
-        need("precision", positive(self.precision), format!("{} does not work: a number above 0", self.precision));
+        match self.detail {
+            DetailMode::PixelError(v) => {
+                need("detail", v >= 0.0, format!("a pixel error of {v} does not work: a number from 0 up"));
+            }
+            DetailMode::Precision(v) => {
+                need("detail", positive(v), format!("a precision of {v} does not work: a number above 0"));
+            }
+            DetailMode::Full => {}
+        }
         if let Err(error) = Resolutions::new(self.resolutions.0, self.resolutions.1) {
             need("resolutions", false, error.to_string());
         }
@@ -138,14 +173,43 @@ impl SeamlessTerrain {
 
     /// What the choice of detail depends on.
     fn detail(&self, cx: &ShapeContext<'_>, placed: &Placed) -> Detail {
-        let Some(view) = cx.viewpoint else {
-            return Detail::Leaves;
-        };
-        let precision = self.precision * 4f64.powf(2.0 * cx.state.complexity.value - 1.0);
-        match lod_eye(view, cx, placed) {
-            Some(eye) => Detail::precision(precision, eye),
-            None => Detail::Leaves,
+        let Some(view) = cx.viewpoint else { return Detail::Leaves };
+        let allowed = 4f64.powf(1.0 - 2.0 * cx.state.complexity.value);
+        match self.detail {
+            DetailMode::Full => Detail::Leaves,
+            DetailMode::Precision(precision) => {
+                lod_eye(view, cx, placed).map_or(Detail::Leaves, |eye| Detail::precision(precision / allowed, eye))
+            }
+            DetailMode::PixelError(tolerance) => Detail::PixelError {
+                tolerance: tolerance * allowed,
+                view: lattice_view(view, &cx.state.model, &placed.frame),
+            },
         }
+    }
+}
+
+/// A camera in the lattice coordinates of a terrain: linear functions, so it works for singular transforms too. `model` takes
+/// the terrain's local coordinates to the world's.
+#[must_use]
+pub fn lattice_view(view: &Viewpoint, model: &DAffine3, frame: &LatticeFrame) -> LatticeView {
+    let eye_from_local = DAffine3 { matrix3: model.matrix3, translation: model.translation - view.eye };
+    let to_local = frame.to_local();
+    let m = eye_from_local.matrix3 * to_local.matrix3;
+    let t = eye_from_local.transform_point3(to_local.translation);
+    let along = |axis: DVec3| DVec4::new(axis.dot(m.x_axis), axis.dot(m.y_axis), axis.dot(m.z_axis), axis.dot(t));
+    let projection = match view.lens {
+        Lens::Perspective { tan_half_height } => PixelProjection::Perspective {
+            focal: 0.5 * view.pixels / tan_half_height,
+            tangents: DVec2::new(tan_half_height * view.aspect, tan_half_height),
+        },
+        Lens::Orthographic { half_height } => PixelProjection::Orthographic { scale: 0.5 * view.pixels / half_height },
+    };
+    LatticeView {
+        frustum: view.frustum().pulled_back(&DAffine3 { matrix3: m, translation: t }),
+        right: along(view.right),
+        up: along(view.up),
+        depth: along(view.forward),
+        projection,
     }
 }
 
@@ -265,7 +329,7 @@ impl ShapeNode for SeamlessTerrain {
     fn primitives(&self, cx: &ShapeContext<'_>, sink: &mut dyn FnMut(Triangle)) -> Result<(), ShapeError> {
         let placed = self.placed(cx)?;
         let tree = placed.tree.hierarchy();
-        let selection = placed.tree.select(self.detail(cx, &placed));
+        let selection = placed.tree.select(&placed.terrain, &self.detail(cx, &placed));
         let [cu, cv] = placed.frame.cells.map(f64::from);
         for patch in selection.patches(tree) {
             let fan = Fan::new(placed.terrain.field(), tree, patch.id);
@@ -273,6 +337,10 @@ impl ShapeNode for SeamlessTerrain {
                 // Clockwise in (u, v), where v runs south, is clockwise from above: turn it.
                 let [a, b, c] = fan.triangle(side);
                 let corners = [a, c, b];
+                // Clamped to the border of the map a triangle may have no area.
+                if fan.area(side) == 0.0 {
+                    continue;
+                }
                 let normal = placed.surface_normal(fan.gradient(side)).normalize();
                 sink(Triangle {
                     points: corners.map(|p| placed.frame.local(p)),
@@ -287,7 +355,7 @@ impl ShapeNode for SeamlessTerrain {
     fn ray(&self, cx: &ShapeContext<'_>, ray: &Ray, first: bool, hits: &mut Vec<ShapeHit>) -> Result<(), ShapeError> {
         let placed = self.placed(cx)?;
         let field = placed.terrain.field();
-        let selection = placed.tree.select(self.detail(cx, &placed));
+        let selection = placed.tree.select(&placed.terrain, &self.detail(cx, &placed));
         let surface = CoarseSurface {
             field,
             pyramid: placed.terrain.pyramid(),
@@ -318,7 +386,7 @@ impl ShapeNode for SeamlessTerrain {
     fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
         let placed = self.placed(&cx.shape)?;
         let tree = placed.tree.hierarchy();
-        let selection = placed.tree.select(self.detail(&cx.shape, &placed));
+        let selection = placed.tree.select(&placed.terrain, &self.detail(&cx.shape, &placed));
         let frustum = cx.local_frustum().pulled_back(&placed.frame.to_local());
         let mut visible = Vec::new();
         let mut active = 0;

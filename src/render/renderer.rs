@@ -127,6 +127,8 @@ struct Scratch {
 /// A draw with all it needs on the device, but for the buffers of the frame.
 #[derive(Debug)]
 struct Job {
+    /// Which draw of the frame.
+    draw: usize,
     pipeline: wgpu::RenderPipeline,
     uniform_size: u64,
     /// Where its uniforms lie, for tiles and for strips.
@@ -276,14 +278,17 @@ impl Renderer {
         scratch.corners.clear();
         scratch.corner_indices.clear();
         scratch.jobs.clear();
-        for draw in &frame.draws {
-            let job = self.prepare_draw(gpu, draw)?;
-            self.scratch.jobs.push(job);
+        for (index, draw) in frame.draws.iter().enumerate() {
+            // What is out of view costs nothing, not even its map.
+            if draw.calls() > 0 && draw.triangles() > 0 {
+                let job = self.prepare_draw(gpu, draw, index)?;
+                self.scratch.jobs.push(job);
+            }
         }
         Ok(())
     }
 
-    fn prepare_draw(&mut self, gpu: Gpu<'_>, draw: &Draw) -> Result<Job, RenderError> {
+    fn prepare_draw(&mut self, gpu: Gpu<'_>, draw: &Draw, index: usize) -> Result<Job, RenderError> {
         check_effects(draw)?;
         let variant = Variant::new(&draw.effects, self.format)?;
         let pipeline = self.pipelines.get(gpu.device, variant, draw.mirrored)?;
@@ -313,7 +318,7 @@ impl Renderer {
             DebugColor::Parts => [TILE_COLOR, STRIP_COLOR].map(|color| add(uniforms::linear(color))),
             DebugColor::Plain | DebugColor::Levels => [add(draw.material.diffuse); 2],
         };
-        Ok(Job { pipeline: pipeline.pipeline, uniform_size, uniforms, geometry })
+        Ok(Job { draw: index, pipeline: pipeline.pipeline, uniform_size, uniforms, geometry })
     }
 
     /// The bindings of a terrain's textures, and the factor of its gradients.
@@ -362,7 +367,6 @@ impl Renderer {
     fn send(&mut self, gpu: Gpu<'_>) -> Result<(), RenderError> {
         let Gpu { device, queue, .. } = gpu;
         let scratch = &mut self.scratch;
-        // The last draw's uniforms are bound like all others of their size, which need not all be as long.
         if self.uniforms.write(device, queue, &scratch.uniforms)? {
             self.bound_uniforms.clear();
         }
@@ -425,8 +429,8 @@ impl Renderer {
                 occlusion_query_set: None,
                 multiview_mask: None,
             });
-            for (job, draw) in self.scratch.jobs.iter().zip(&frame.draws) {
-                calls += self.encode_job(&mut pass, job, draw);
+            for job in &self.scratch.jobs {
+                calls += frame.draws.get(job.draw).map_or(0, |draw| self.encode_job(&mut pass, job, draw));
             }
         }
         if let Some(timer) = &self.timer {

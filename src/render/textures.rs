@@ -1,6 +1,7 @@
 //! Maps and images as textures.
 
 use half::f16;
+use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 
 use super::RenderError;
@@ -210,10 +211,18 @@ fn gradients(field: &HeightField) -> (Level<[f16; 2]>, f32) {
     // f32 holds the factor and its inverse.
     let exponent = if span > 0.0 { (span.log2().floor() as i32).clamp(-110, 127) } else { 14 };
     let scale = 2f64.powi(14 - exponent);
-    let columns = field.columns();
-    let row = |r: u32| (0..columns).map(move |c| field.gradient(c, r).map(|g| f16::from_f64(g * scale)));
-    let texels = (0..field.rows()).into_par_iter().flat_map_iter(row).collect();
-    (Level { width: columns, height: field.rows(), texels }, (1.0 / scale) as f32)
+    let (width, height) = (field.columns(), field.rows());
+    let mut texels = vec![[f16::ZERO; 2]; width as usize * height as usize];
+    texels.par_chunks_mut(width as usize).zip(0..height).for_each_init(
+        || Vec::with_capacity(2 * width as usize),
+        |row, (stored, r)| {
+            row.clear();
+            row.extend((0..width).flat_map(|c| field.gradient(c, r)).map(|g| (g * scale) as f32));
+            // A row at once: processors have an instruction for that.
+            stored.as_flattened_mut().convert_from_f32_slice(row);
+        },
+    );
+    (Level { width, height, texels }, (1.0 / scale) as f32)
 }
 
 fn range(samples: &Samples) -> [f64; 2] {

@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use super::errors::TileErrors;
 use super::height_field::HeightField;
 use super::hierarchy::Hierarchy;
 use super::parts::{Parts, Resolutions};
 use super::pick::FanErrors;
+use super::pixel_error::{LatticeView, PixelError};
 use super::pyramid::MinMaxPyramid;
 use super::selection::{Full, LodEye, Precision, Selection};
 
@@ -46,12 +48,19 @@ impl Terrain {
 }
 
 /// How detail is chosen: the inputs of a selection, comparable.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Detail {
-    /// The finest patches at their finest: the leaves of the tree.
+    /// The finest patches at their finest: the leaves of the tree, every cell of the map.
     Leaves,
     /// The paper's metric.
     Precision(Precision),
+    /// The error in pixels.
+    PixelError {
+        /// τ in pixels.
+        tolerance: f64,
+        /// The camera.
+        view: LatticeView,
+    },
 }
 
 impl Detail {
@@ -71,6 +80,7 @@ pub struct PatchTree {
     hierarchy: Hierarchy,
     parts: Arc<Parts>,
     fan_errors: OnceLock<FanErrors>,
+    tile_errors: OnceLock<TileErrors>,
     recent: Mutex<Vec<(Detail, Arc<Selection>)>>,
 }
 
@@ -82,6 +92,7 @@ impl PatchTree {
             hierarchy: Hierarchy::new(cells, resolutions),
             parts: Arc::new(Parts::new(resolutions)),
             fan_errors: OnceLock::new(),
+            tile_errors: OnceLock::new(),
             recent: Mutex::default(),
         }
     }
@@ -104,10 +115,16 @@ impl PatchTree {
         self.fan_errors.get_or_init(|| FanErrors::new(field, &self.hierarchy))
     }
 
-    /// The active patches for this detail. The same detail gives the same selection without work.
-    pub fn select(&self, detail: Detail) -> Arc<Selection> {
+    /// The vertical errors of all tiles, made on first call from the field that the tree belongs to.
+    pub fn tile_errors(&self, field: &HeightField) -> &TileErrors {
+        self.tile_errors.get_or_init(|| TileErrors::new(field, &self.hierarchy, &self.parts))
+    }
+
+    /// The active patches for this detail. The same detail gives the same selection without work; `terrain` is the one that
+    /// the tree belongs to.
+    pub fn select(&self, terrain: &Terrain, detail: &Detail) -> Arc<Selection> {
         let mut recent = self.recent.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(at) = recent.iter().position(|(d, _)| *d == detail) {
+        if let Some(at) = recent.iter().position(|(d, _)| d == detail) {
             let found = recent.remove(at);
             let selection = Arc::clone(&found.1);
             recent.push(found);
@@ -119,10 +136,15 @@ impl PatchTree {
             oldest.and_then(|s| Arc::try_unwrap(s).ok()).unwrap_or_else(|| Selection::new(&self.hierarchy));
         match detail {
             Detail::Leaves => selection.update(&self.hierarchy, &Full),
-            Detail::Precision(metric) => selection.update(&self.hierarchy, &metric),
+            Detail::Precision(metric) => selection.update(&self.hierarchy, metric),
+            Detail::PixelError { tolerance, view } => {
+                let errors = self.tile_errors(terrain.field());
+                let pyramid = terrain.pyramid();
+                selection.update(&self.hierarchy, &PixelError { tolerance: *tolerance, view, errors, pyramid });
+            }
         }
         let selection = Arc::new(selection);
-        recent.push((detail, Arc::clone(&selection)));
+        recent.push((detail.clone(), Arc::clone(&selection)));
         selection
     }
 }

@@ -36,6 +36,13 @@ impl Frustum {
         Self { planes }
     }
 
+    /// Whether a point is inside or on the border.
+    #[inline]
+    #[must_use]
+    pub fn contains(&self, p: DVec3) -> bool {
+        self.planes.iter().all(|plane| plane.dot(p.extend(1.0)) >= 0.0)
+    }
+
     /// Whether a box lies wholly outside one of the half-spaces. `false` may be wrong (a box outside near an edge), `true`
     /// never is: the comparison allows for the rounding of the three products and sums, at most 4 ulp of their
     /// magnitudes.

@@ -289,20 +289,20 @@ pub fn parts_of([n, e, s, w]: [u8; 4]) -> [Part; 8] {
 
 /// Half of a lattice cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Half {
+pub(super) enum Half {
     Upper,
     Lower,
 }
 
 /// Who owns half a cell in a patch of uniform resolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Owner {
+pub(super) enum Owner {
     Tile(Side),
     /// The strip at the corner after this side.
     Strip(Side),
 }
 
-fn owner(i: u32, j: u32, half: Half, r: u32) -> Owner {
+pub(super) fn owner(i: u32, j: u32, half: Half, r: u32) -> Owner {
     use Side::{East, North, South, West};
     if i + j == r - 1 {
         return Owner::Strip(if i > j { North } else { South });
@@ -361,9 +361,36 @@ fn strip(resolutions: Resolutions, side: Side, a: u8, b: u8, out: &mut Vec<[Unit
         }
     } else {
         let finest = ra.max(rb);
-        half_strip(resolutions, side, side, ra, finest, out);
-        half_strip(resolutions, side, side.next(), rb, finest, out);
+        let mut halves = Vec::new();
+        half_strip(resolutions, side, side, ra, finest, out, &mut halves);
+        half_strip(resolutions, side, side.next(), rb, finest, out, &mut halves);
+        out.append(&mut halves);
     }
+}
+
+/// The triangles along the diagonal of half a strip between different resolutions: those that are not halves of lattice
+/// cells, for a diagonal of resolution number `fine`. `tile_side` is `strip` or the side after it.
+#[must_use]
+pub(super) fn fan_triangles(
+    resolutions: Resolutions,
+    strip: Side,
+    tile_side: Side,
+    index: u8,
+    fine: u8,
+) -> Vec<[UnitVertex; 3]> {
+    // Where cell diagonals run along the patch's and the steps are equal, they are the lattice's own.
+    if index == fine && !crosses(strip) {
+        return Vec::new();
+    }
+    let mut fans = Vec::new();
+    let (r, fine) = (resolutions.get(index), resolutions.get(fine));
+    half_strip(resolutions, strip, tile_side, r, fine, &mut fans, &mut Vec::new());
+    fans
+}
+
+/// Whether at the corner after this side cell diagonals cross the patch's diagonal: the north-east and south-west corners.
+fn crosses(strip: Side) -> bool {
+    matches!(strip, Side::North | Side::South)
 }
 
 /// The half of the strip at the corner after `strip` that lies in the tile of `tile_side`: between that tile's outline at
@@ -372,14 +399,15 @@ fn strip(resolutions: Resolutions, side: Side, a: u8, b: u8, out: &mut Vec<[Unit
 /// Worked out once, in the frame of a corner: `along` runs from the corner along the tile's side, `inward` into the
 /// patch; the diagonal's point k is (k, k), the outline's corners are (k + 1, k). Of each coarse step k the strip holds
 /// the half cell (k,k) (k+1,k) (k+1,k+1), whose long edge is divided by the fine points of the diagonal, and of the next
-/// cell the half that is left by the tile.
+/// cell the half that is left by the tile. The former go to `fans`, the latter, which are lattice triangles, to `halves`.
 fn half_strip(
     resolutions: Resolutions,
     strip: Side,
     tile_side: Side,
     r: u32,
     fine: u32,
-    out: &mut Vec<[UnitVertex; 3]>,
+    fans: &mut Vec<[UnitVertex; 3]>,
+    halves: &mut Vec<[UnitVertex; 3]>,
 ) {
     let max = resolutions.max();
     let step = max / r;
@@ -402,29 +430,25 @@ fn half_strip(
         };
         [u as u16, v as u16]
     };
-    let mut push = |a: UnitVertex, b: UnitVertex, c: UnitVertex| {
+    let turned = |a: UnitVertex, b: UnitVertex, c: UnitVertex| {
         let cross = (i32::from(b[0]) - i32::from(a[0])) * (i32::from(c[1]) - i32::from(a[1]))
             - (i32::from(b[1]) - i32::from(a[1])) * (i32::from(c[0]) - i32::from(a[0]));
         // v runs south, so counter-clockwise from above is a negative cross product in (u, v).
-        out.push(if cross < 0 { [a, b, c] } else { [a, c, b] });
+        if cross < 0 { [a, b, c] } else { [a, c, b] }
     };
-    // On the NE and SW corners cell diagonals cross the patch's diagonal.
-    let crosses = matches!(strip, Side::North | Side::South);
     for k in 0..r / 2 {
         let apex = place((k + 1) * step, k * step);
         let mut d = k * step;
         while d < (k + 1) * step {
-            push(apex, place(d, d), place(d + fine_step, d + fine_step));
+            fans.push(turned(apex, place(d, d), place(d + fine_step, d + fine_step)));
             d += fine_step;
         }
         if k + 1 < r / 2 {
             let on_diagonal = place((k + 1) * step, (k + 1) * step);
-            if crosses {
-                // The tile owns the half with the side's edge; its hypotenuse runs from (k+2, k) to (k+1, k+1).
-                push(place((k + 2) * step, k * step), place((k + 2) * step, (k + 1) * step), on_diagonal);
-            } else {
-                push(apex, place((k + 2) * step, (k + 1) * step), on_diagonal);
-            }
+            // Where diagonals cross, the tile owns the half with the side's edge; its long edge runs from (k+2, k) to
+            // (k+1, k+1).
+            let near = if crosses(strip) { place((k + 2) * step, k * step) } else { apex };
+            halves.push(turned(near, place((k + 2) * step, (k + 1) * step), on_diagonal));
         }
     }
 }

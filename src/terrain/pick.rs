@@ -15,13 +15,14 @@
 //! stays above its largest or below its smallest height. Inside a patch the interval is split at the fan's spokes. The
 //! *sign* of f is carried from piece to piece: a change is a hit wherever it is seen, inside a triangle, or at the border
 //! of two patches (a wall, or rounding). Only crossings count, not mere touching; a ray that starts or ends exactly on the
-//! surface hits it there.
+//! surface, or passes the border of the map exactly on it, hits it there.
 //!
 //! Steps go from grid line to grid line by integer index, never by "a little further", so their number is bounded: each
 //! level of the tree visits at most `columns + rows` blocks.
 
 use glam::DVec3;
 
+use super::errors::triangle_error;
 use super::height_field::HeightField;
 use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::Side;
@@ -80,6 +81,13 @@ impl Fan {
     pub fn triangle(&self, side: Side) -> [DVec3; 3] {
         let k = side as usize;
         [self.corners[k], self.corners[(k + 1) % 4], self.center]
+    }
+
+    /// Twice the area of the triangle at a side, in cells; 0 where it is clamped to the border of the map.
+    #[must_use]
+    pub fn area(&self, side: Side) -> f64 {
+        let [a, b, c] = self.triangle(side);
+        cross(a, b, c)
     }
 
     /// The triangle that a point of the patch lies in. On a border any of the triangles there, never one without area.
@@ -166,34 +174,12 @@ impl FanErrors {
 #[must_use]
 pub fn fan_error(field: &HeightField, tree: &Hierarchy, patch: PatchId) -> f64 {
     let fan = Fan::new(field, tree, patch);
-    let [[u0, v0], [u1, v1]] = tree.extent(patch);
-    let mut worst: f64 = 0.0;
-    for v in v0..=v1 {
-        for u in u0..=u1 {
-            let (x, y) = (f64::from(u), f64::from(v));
-            worst = worst.max((fan.height(fan.side_at(x, y), x, y) - field.raw(u, v)).abs());
-        }
-    }
-    for corner in fan.corners {
-        let (du, dv) = (fan.center.x - corner.x, fan.center.y - corner.y);
-        let mut at = |s: f64| {
-            if (0.0..=1.0).contains(&s) {
-                let height = corner.z + s * (fan.center.z - corner.z);
-                if let Some(surface) = field.surface(corner.x + s * du, corner.y + s * dv) {
-                    worst = worst.max((height - surface).abs());
-                }
-            }
-        };
-        // Crossings with lines u = k, v = k and u − v = k.
-        for (start, delta) in [(corner.x, du), (corner.y, dv), (corner.x - corner.y, du - dv)] {
-            let steps = delta.abs() as u32;
-            for k in 1..steps {
-                at(f64::from(k) / delta.abs());
-            }
-            debug_assert!(start.fract() == 0.0, "corners are lattice points");
-        }
-    }
-    worst
+    // A triangle without area, clamped to the border of the map, is no part of the surface.
+    Side::ALL
+        .iter()
+        .filter(|&&side| fan.area(side) != 0.0)
+        .map(|&side| triangle_error(field, fan.triangle(side).map(|p| [p.x as u32, p.y as u32])))
+        .fold(0.0, f64::max)
 }
 
 /// A ray in lattice coordinates with the range of its parameter.
@@ -251,6 +237,7 @@ pub struct CoarseSurface<'t> {
 
 struct Walk<'t, 'f> {
     surface: CoarseSurface<'t>,
+    /// Its range is clipped to the map.
     ray: LatticeRay,
     /// +1 above, −1 below, 0 not known yet.
     sign: i8,
@@ -267,7 +254,8 @@ impl CoarseSurface<'_> {
         let Some((near, far)) = ray.clipped(self.tree.cells()) else {
             return;
         };
-        let mut walk = Walk { surface: *self, ray: *ray, sign: 0, zero_since: None, last: None, found };
+        let ray = LatticeRay { near, far, ..*ray };
+        let mut walk = Walk { surface: *self, ray, sign: 0, zero_since: None, last: None, found };
         let [columns, rows] = self.tree.grid(0);
         walk.grid(0, [0, 0], [columns, rows], near, far);
     }
@@ -470,7 +458,8 @@ impl Walk<'_, '_> {
     ) -> bool {
         for (t, f, start) in [(t0, f0, true), (t1, f1, false)] {
             if f == 0.0 {
-                // On the surface: a crossing only if the sign is another afterwards. At the ends of the ray it is a hit.
+                // On the surface: a crossing only if the sign is another afterwards. At the ends of the ray (or of
+                // the map) it is a hit.
                 let end = t <= self.ray.near || t >= self.ray.far;
                 if end && self.zero_since.is_none() {
                     let entering = if start { f1 < 0.0 } else { f0 > 0.0 };

@@ -1,0 +1,72 @@
+//! How far a mesh is from full resolution on the screen, measured: the judge of what the metrics promise.
+
+use glam::{DVec2, DVec3};
+
+use super::errors::{overlay, place};
+use super::height_field::HeightField;
+use super::hierarchy::Hierarchy;
+use super::parts::{Parts, parts_of};
+use super::pixel_error::{LatticeView, PixelProjection};
+use super::selection::ActivePatch;
+
+/// The distances on the screen between where points of the full-resolution surface are and where a mesh shows them.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ScreenError {
+    /// Largest distance in pixels.
+    pub max: f64,
+    /// Root of the mean of the squares, over samples and crossings alike.
+    pub rms: f64,
+    /// Points that were looked at: those in view.
+    pub points: u64,
+}
+
+impl LatticeView {
+    /// Where a lattice point is in the picture, in pixels from the middle, right and up.
+    #[must_use]
+    pub fn pixel(&self, p: DVec3) -> DVec2 {
+        let p = p.extend(1.0);
+        let across = DVec2::new(self.right.dot(p), self.up.dot(p));
+        match self.projection {
+            PixelProjection::Perspective { focal, .. } => across * (focal / self.depth.dot(p)),
+            PixelProjection::Orthographic { scale } => across * scale,
+        }
+    }
+}
+
+/// Measures a mesh: at every sample of the map, and wherever an edge of the mesh crosses a grid line or a cell's diagonal,
+/// the picture of the full-resolution surface is compared with that of the mesh. A point counts if one of the two is in
+/// view. What hides what is not asked: hidden points count too.
+///
+/// The distance of two piecewise linear surfaces is largest at these points, and so, but for the perspective within a single
+/// triangle, is its picture.
+#[must_use]
+pub fn screen_error(
+    field: &HeightField,
+    tree: &Hierarchy,
+    parts: &Parts,
+    patches: &[ActivePatch],
+    view: &LatticeView,
+) -> ScreenError {
+    use rayon::prelude::*;
+    let (max, squares, points) = patches
+        .par_iter()
+        .map(|patch| {
+            let (mut max, mut squares, mut points) = (0.0f64, 0.0f64, 0u64);
+            for part in parts_of(patch.sides) {
+                for triangle in parts.triangles(part) {
+                    overlay(field, place(tree, patch.id, triangle), |u, v, surface, drawn| {
+                        let (p, q) = (DVec3::new(u, v, surface), DVec3::new(u, v, drawn));
+                        if view.frustum.contains(p) || view.frustum.contains(q) {
+                            let distance = view.pixel(p).distance(view.pixel(q));
+                            max = max.max(distance);
+                            squares += distance * distance;
+                            points += 1;
+                        }
+                    });
+                }
+            }
+            (max, squares, points)
+        })
+        .reduce(|| (0.0, 0.0, 0), |a, b| (a.0.max(b.0), a.1 + b.1, a.2 + b.2));
+    ScreenError { max, rms: if points > 0 { (squares / points as f64).sqrt() } else { 0.0 }, points }
+}

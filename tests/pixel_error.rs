@@ -1,0 +1,117 @@
+//! The promise τ: no visible point of the mesh is further than τ pixels from where full resolution shows it.
+//!
+//! A share runs by default, all of it with `SEAMOUNT_SOAK=1`.
+#![allow(missing_docs, reason = "a test")]
+
+mod common;
+
+use std::path::Path;
+
+use common::Rng;
+use glam::{DAffine3, DVec3};
+use seamount::action::{Lens, Viewpoint};
+use seamount::node::{SeamlessTerrain, lattice_view};
+use seamount::prelude::*;
+use seamount::terrain::{ActivePatch, Detail, LatticeFrame, Resolutions, Terrain, screen_error};
+
+struct Map {
+    name: &'static str,
+    terrain: Terrain,
+    frame: LatticeFrame,
+}
+
+fn maps() -> Vec<Map> {
+    let metres = |x, y| SeamlessTerrain {
+        size: Some(DVec2::new(x, y)),
+        max_height: 65_535.0,
+        base_height: -1_000.0,
+        ..SeamlessTerrain::default()
+    };
+    let walls = SeamlessTerrain { scale: 700.0, max_height: 100.0, ..SeamlessTerrain::default() };
+    [
+        ("fuji", Some(0.0), metres(90_600.0, 111_240.0)),
+        ("andes", None, metres(93_840.0, 111_240.0)),
+        ("jacksboro", None, metres(29_949.0, 31_796.0)),
+        ("puget", None, metres(163_840.0, 163_840.0)),
+        ("walls", None, walls),
+    ]
+    .into_iter()
+    .map(|(name, void, node)| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.png"));
+        let field = Image::open(&path).unwrap().height_field(void).unwrap();
+        let frame = node.frame(&field);
+        Map { name, terrain: Terrain::new(field), frame }
+    })
+    .collect()
+}
+
+/// An eye over (or beside) the map, looking anywhere but up; every fifth camera is orthographic.
+fn view(rng: &mut Rng, map: &Map, k: u32) -> Viewpoint {
+    let [dx, dy] = map.frame.cell_size;
+    let [cu, cv] = map.frame.cells.map(f64::from);
+    let extent = DVec3::new(cu * dx, cv * dy, 0.0);
+    let (u, v) = (rng.range(-0.2, 1.2), rng.range(-0.2, 1.2));
+    let ground = map.terrain.field().surface(u.clamp(0.0, 1.0) * cu, (1.0 - v.clamp(0.0, 1.0)) * cv).unwrap();
+    let above = rng.unit().powi(3) * extent.x + 2.0;
+    let eye = DVec3::new(u * extent.x, v * extent.y, map.frame.base + ground * map.frame.z_step + above);
+    let yaw = rng.range(0.0, std::f64::consts::TAU);
+    let pitch = if k.is_multiple_of(3) { rng.range(-0.1, 0.05) } else { rng.range(-1.57, 0.0) };
+    let forward = DVec3::new(yaw.cos() * pitch.cos(), yaw.sin() * pitch.cos(), pitch.sin());
+    let right = forward.cross(DVec3::Z).normalize();
+    let lens = if k % 5 == 4 {
+        Lens::Orthographic { half_height: rng.range(0.02, 0.6) * extent.x }
+    } else {
+        Lens::Perspective { tan_half_height: rng.range(0.1, 1.0) }
+    };
+    Viewpoint {
+        eye,
+        right,
+        up: right.cross(forward),
+        forward,
+        lens,
+        aspect: 16.0 / 9.0,
+        pixels: 720.0,
+        near: 1.0,
+        far: None,
+    }
+}
+
+#[test]
+fn the_measured_error_is_within_the_allowed_one() {
+    let soak = std::env::var_os("SEAMOUNT_SOAK").is_some();
+    let eyes = if soak { 50 } else { 8 };
+    for map in maps() {
+        let mut rng = Rng(42);
+        let tree = map.terrain.tree(Resolutions::new(16, 3).unwrap());
+        let (mut closeness, mut count, mut triangles) = (0.0, 0, 0);
+        for k in 0..eyes {
+            let camera = view(&mut rng, &map, k);
+            let view = lattice_view(&camera, &DAffine3::IDENTITY, &map.frame);
+            for tolerance in [0.5, 1.0, 2.0, 4.0, 8.0] {
+                let detail = Detail::PixelError { tolerance, view: view.clone() };
+                let selection = tree.select(&map.terrain, &detail);
+                let cracks = common::cracks(tree.hierarchy(), &selection);
+                assert!(cracks.is_empty(), "{}: {}", map.name, cracks[0]);
+                let patches: Vec<ActivePatch> = selection.patches(tree.hierarchy()).collect();
+                let error = screen_error(map.terrain.field(), tree.hierarchy(), tree.parts(), &patches, &view);
+                assert!(error.max <= tolerance, "{} eye {k}: {error:?} for τ = {tolerance}", map.name);
+                // Eyes that see no ground, or only the finest of it, say nothing about waste.
+                if error.max > 0.0 {
+                    closeness += error.max / tolerance;
+                    count += 1;
+                }
+                if tolerance == 1.0 {
+                    triangles += patches.len();
+                }
+            }
+        }
+        println!(
+            "{}: largest error / τ is {:.2} on the mean of {count} with any; {} active patches at τ = 1",
+            map.name,
+            closeness / f64::from(count),
+            triangles as f64 / f64::from(eyes)
+        );
+        // Walls are steps between plains: a mesh has them or not, and plains are exact at every resolution.
+        assert!(count > eyes || map.name == "walls", "{}: too few eyes see coarse ground", map.name);
+    }
+}
