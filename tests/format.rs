@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use proptest::prelude::*;
 use seamount::format::{self, MAX_NESTING, WriteError, parse, write_scene};
-use seamount::node::{ImageRef, Registry, Wrap};
+use seamount::node::{DetailMode, ImageRef, Registry, Wrap};
 use seamount::prelude::*;
 
 fn read(text: &str) -> Scene {
@@ -381,6 +381,7 @@ fn leaf() -> impl Strategy<Value = std::sync::Arc<Boxed>> {
                 let size = size.map(|(x, y)| DVec2::new(x, y));
                 let color_mode = [ColorMode::Plain, ColorMode::Parts, ColorMode::Levels][mode];
                 let resolutions = [(16, 3), (2, 5), (64, 2)][mode];
+                let detail = [DetailMode::PixelError(scale), DetailMode::Precision(scale), DetailMode::Full][mode];
                 let terrain = SeamlessTerrain {
                     scale,
                     size,
@@ -390,6 +391,7 @@ fn leaf() -> impl Strategy<Value = std::sync::Arc<Boxed>> {
                     color_mode,
                     culling,
                     resolutions,
+                    detail,
                     ..Default::default()
                 };
                 Box::new(terrain) as Boxed
