@@ -113,14 +113,14 @@ pub(super) fn read_file(path: &Path, registry: &Registry) -> Result<Read, ReadEr
         _ => ReadError::Unreadable { path: path.to_owned(), error },
     })?;
     let mistakes = |mistakes| ReadError::Mistakes { path: Some(path.to_owned()), mistakes };
-    let text = decode(&bytes).map_err(|mistake| mistakes(vec![mistake]))?;
+    let text = decode(&bytes).map_err(|mistake| mistakes(vec![*mistake]))?;
     let mut scene = Scene::new();
     scene.set_source(path);
     read_text(text, registry, scene).map_err(mistakes)
 }
 
 /// The text in a file, without a byte order mark.
-fn decode(bytes: &[u8]) -> Result<&str, Mistake> {
+fn decode(bytes: &[u8]) -> Result<&str, Box<Mistake>> {
     let text = match std::str::from_utf8(bytes) {
         Ok(text) => text,
         Err(error) => {
@@ -128,7 +128,7 @@ fn decode(bytes: &[u8]) -> Result<&str, Mistake> {
             let good = std::str::from_utf8(good).unwrap_or_default();
             let problem = Problem::NotUtf8 { byte: bad.first().copied().unwrap_or_default() };
             let position = Some(Places::new(good).position(good.len()));
-            return Err(Mistake { position, problem, path_in_tree: Vec::new() });
+            return Err(Box::new(Mistake { position, problem, path_in_tree: Vec::new() }));
         }
     };
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
