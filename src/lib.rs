@@ -1,4 +1,48 @@
-//! Seamount: a retained scene graph in the manner of Open Inventor with seamless level-of-detail terrain.
+//! Seamount: a retained scene graph in the manner of Open Inventor, drawn with wgpu, whose showpiece is the shape node
+//! [`SeamlessTerrain`](node::SeamlessTerrain).
+//!
+//! # A first example
+//!
+//! ```
+//! use seamount::prelude::*;
+//!
+//! // A hill of 5 × 5 samples, in memory.
+//! let heights = vec![
+//!     0.0, 0.0, 0.0, 0.0, 0.0, //
+//!     0.0, 1.0, 2.0, 1.0, 0.0, //
+//!     0.0, 2.0, 4.0, 2.0, 0.0, //
+//!     0.0, 1.0, 2.0, 1.0, 0.0, //
+//!     0.0, 0.0, 0.0, 0.0, 0.0,
+//! ];
+//! let mut scene = Scene::new();
+//! let root = scene.root();
+//! scene.add(root, Texture2::from_image(Image::new(5, 5, Pixels::GrayF32(heights))?))?;
+//! scene.add(root, SeamlessTerrain { scale: 100.0, max_height: 10.0, ..SeamlessTerrain::default() })?;
+//!
+//! // Where does a ray from above meet the ground?
+//! let ray = Ray::new(DVec3::new(50.0, 50.0, 1000.0), DVec3::NEG_Z)?;
+//! let hits = RayPickAction::ray(ray).apply(&scene)?;
+//! assert_eq!(hits[0].point, DVec3::new(50.0, 50.0, 40.0));
+//!
+//! // And how large is it all?
+//! let bounds = BoundingBoxAction::default().apply(&scene)?.expect("not empty");
+//! assert_eq!(bounds.max, DVec3::new(100.0, 100.0, 40.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Rooms
+//!
+//! * [`scene`]: the graph, its edits, names and resources.
+//! * [`node`]: what can stand in a graph.
+//! * [`action`]: what can be asked of it.
+//! * [`terrain`]: the engine below `SeamlessTerrain`, usable by itself.
+//! * [`format`](mod@format): scene files.
+//! * `render`: pictures (feature `render`).
+//!
+//! # Features
+//!
+//! `cli` (default) builds the command `seamount`; `render` adds drawing with wgpu. Without both, the crate reads scenes, chooses
+//! detail, boxes and picks.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
 pub mod action;
@@ -8,6 +52,11 @@ pub mod node;
 pub mod render;
 pub mod scene;
 pub mod terrain;
+
+/// The README's code runs as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
 
 /// What most programs need.
 pub mod prelude {

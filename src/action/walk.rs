@@ -12,8 +12,8 @@ use super::{ActionError, PropertyContext, State};
 use crate::node::{GroupNode, Role, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
 
-/// Deepest nesting that is walked. Beyond what anybody writes; it bounds the memory of a walk over shared nodes.
-pub const MAX_DEPTH: usize = 100_000;
+/// Deepest nesting that is walked. Beyond what anybody writes; it bounds the memory of a walk.
+pub const MAX_DEPTH: usize = 20_000;
 
 /// What a walk tells while it goes.
 pub trait Visitor {

@@ -24,7 +24,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     size: [u32; 2],
     /// Colour where nothing is, sRGB
-    #[arg(long, value_name = "#rrggbb", default_value = "#000000", value_parser = color)]
+    #[arg(long, value_name = "#rrggbb", default_value = "#c9dcee", value_parser = color)]
     background: Color,
     /// Name of the camera; the first one if not given
     #[arg(long, value_name = "NAME")]

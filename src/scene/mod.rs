@@ -269,7 +269,8 @@ impl Scene {
         if index > count {
             return Err(EditError::NoSuchChild { index, count });
         }
-        if self.contains(child, parent) {
+        // What has no children contains nothing but itself.
+        if child == parent || !self.children(child).is_empty() && self.contains(child, parent) {
             return Err(EditError::Cycle);
         }
         self.slots[parent].children.insert(index, child);
