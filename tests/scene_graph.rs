@@ -134,6 +134,22 @@ fn ten_thousand_levels_are_walked() {
     assert_eq!(found[0].len(), 10_002);
 }
 
+/// Sixty groups that each hold the next one twice are 2⁶⁰ cubes.
+#[test]
+fn a_tower_of_shared_groups_ends_in_an_error() {
+    let mut scene = Scene::new();
+    let mut at = scene.root();
+    for _ in 0..60 {
+        let next = scene.insert(Separator::default());
+        scene.add_child(at, next).unwrap();
+        scene.add_child(at, next).unwrap();
+        at = next;
+    }
+    scene.add(at, Cube::default()).unwrap();
+    let error = BoundingBoxAction::default().apply(&scene).unwrap_err();
+    assert!(matches!(error, ActionError::TooLarge), "{error}");
+}
+
 /// Picks of a terrain and a cube under rotated, mirrored and sheared transforms against all their triangles in world
 /// coordinates.
 #[test]

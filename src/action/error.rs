@@ -93,6 +93,12 @@ pub enum ActionError {
     /// The graph is nested too deep to be walked.
     #[error("the scene is nested deeper than {limit} levels", limit = super::walk::MAX_DEPTH)]
     TooDeep,
+    /// Shared nodes make more occurrences than can be walked.
+    #[error(
+        "the scene has more than {limit} occurrences of nodes: shared groups within shared groups multiply",
+        limit = super::walk::MAX_VISITS
+    )]
+    TooLarge,
 }
 
 fn at(path: &[String], position: Option<Position>) -> String {

@@ -15,6 +15,10 @@ use crate::scene::{NodeKey, Path, Scene};
 /// Deepest nesting that is walked. Beyond what anybody writes; it bounds the memory of a walk.
 pub const MAX_DEPTH: usize = 20_000;
 
+/// Most nodes that one walk visits. Sharing lets a short file describe more occurrences than there is time for: 60 groups that
+/// each hold the next one twice are 2⁶⁰. Such a scene ends in an error, not in a hang.
+pub const MAX_VISITS: u64 = 50_000_000;
+
 /// What a walk tells while it goes.
 pub trait Visitor {
     /// A node is reached, before it acts.
@@ -54,14 +58,19 @@ struct Level<'s> {
 ///
 /// # Errors
 ///
-/// What the visitor returns, or [`ActionError::TooDeep`].
+/// What the visitor returns, [`ActionError::TooDeep`] or [`ActionError::TooLarge`].
 pub fn walk(scene: &Scene, visitor: &mut dyn Visitor) -> Result<(), ActionError> {
     let mut state = State::default();
     let mut path = Path::default();
     let mut stack: Vec<Level<'_>> = Vec::new();
     let mut next = Some((scene.root(), 0));
+    let mut visits = 0;
     loop {
         if let Some((key, index)) = next.take() {
+            visits += 1;
+            if visits > MAX_VISITS {
+                return Err(ActionError::TooLarge);
+            }
             if stack.len() >= MAX_DEPTH {
                 return Err(ActionError::TooDeep);
             }
