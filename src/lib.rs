@@ -48,6 +48,7 @@
 pub mod action;
 pub mod format;
 pub mod node;
+pub mod output;
 #[cfg(feature = "render")]
 pub mod render;
 pub mod scene;

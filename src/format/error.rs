@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::output::OutputError;
 use crate::action::ShapeError;
+use crate::output::OutputError;
 use crate::scene::{EditError, ImageError, Position};
 
 /// Why a scene could not be read.

@@ -42,16 +42,15 @@
 mod check;
 mod error;
 mod map;
-mod output;
 mod read;
 mod syntax;
 mod text;
 mod write;
 
+pub use crate::output::{OutputError, check_target, write_file};
 pub use check::check;
 pub use error::{Mistake, Problem, ReadError, WriteError};
 pub use map::{MapError, scene_of_map};
-pub use output::{OutputError, check_target, write_file};
 pub use read::{parse, read_scene, read_scene_with};
 pub use write::{save_scene, write_scene};
 

@@ -4,9 +4,9 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use super::error::WriteError;
-use super::output::write_file;
 use super::{MAX_NESTING, VERSION};
 use crate::node::{FieldValue, NodeInfo, Texture2};
+use crate::output::write_file;
 use crate::scene::{NodeKey, Scene};
 
 /// Longest line that fields are put on together.

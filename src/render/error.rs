@@ -1,7 +1,5 @@
 //! What can go wrong between a frame and its picture.
 
-use std::path::PathBuf;
-
 use thiserror::Error;
 
 /// Why there is no picture.
@@ -68,14 +66,6 @@ pub enum RenderError {
         doing: &'static str,
         /// What wgpu said.
         message: String,
-    },
-    /// The picture could not be written. No half-written file is left.
-    #[error("can not write {path}: {reason}", path = path.display())]
-    Write {
-        /// The file that was to be written.
-        path: PathBuf,
-        /// What stood in the way, and what to do.
-        reason: String,
     },
 }
 

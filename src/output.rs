@@ -90,7 +90,7 @@ fn folder_of(path: &Path) -> &Path {
 ///
 /// let folder = tempfile::tempdir()?;
 /// let path = folder.path().join("a.txt");
-/// seamount::format::write_file(&path, |out| out.write_all(b"all of it"))?;
+/// seamount::output::write_file(&path, |out| out.write_all(b"all of it"))?;
 /// assert_eq!(std::fs::read(&path)?, b"all of it");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
