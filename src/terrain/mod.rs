@@ -1,6 +1,7 @@
 //! The terrain engine: heights, patches, detail and picks. No scene graph and no GPU in it.
 
 pub mod data;
+pub mod exact;
 mod fill;
 pub mod frustum;
 pub mod generate;
@@ -13,6 +14,7 @@ pub mod pyramid;
 pub mod selection;
 
 pub use data::{Detail, PatchTree, Terrain};
+pub use exact::{ExactHit, ExactSurface, SurfacePoint};
 pub use frustum::Frustum;
 pub use generate::generate;
 pub use height_field::{HeightField, HeightFieldError, LatticeFrame, Samples, Voids};
