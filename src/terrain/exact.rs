@@ -173,8 +173,8 @@ impl ExactSurface<'_> {
     }
 
     /// The first obstacle on the straight line from `a` to `b`, `None` if they see each other. An end that lies on the
-    /// ground does not block the view by itself; an end below it does not see out. In the hit, t runs from 0 at `a` to 1
-    /// at `b`.
+    /// ground does not block the view by itself; an end below it does not see out. A line that runs within the ground
+    /// before it goes below is blocked where it first meets the ground. In the hit, t runs from 0 at `a` to 1 at `b`.
     ///
     /// ```
     /// use glam::DVec3;
@@ -185,27 +185,32 @@ impl ExactSurface<'_> {
     /// let surface = ExactSurface { field: &field, pyramid: &MinMaxPyramid::new(&field) };
     /// let (west, east) = (DVec3::new(0.0, 0.5, 0.0), DVec3::new(4.0, 0.5, 0.0));
     /// assert_eq!(surface.line_of_sight(west, DVec3::new(2.0, 0.5, 100.0)), None);
-    /// assert_eq!(surface.line_of_sight(west, east).map(|hit| hit.point.x), Some(1.0));
+    /// assert_eq!(surface.line_of_sight(west + DVec3::Z, east).map(|hit| hit.point.x), Some(1.0075));
     /// # Ok::<(), seamount::terrain::HeightFieldError>(())
     /// ```
     #[must_use]
     pub fn line_of_sight(&self, a: DVec3, b: DVec3) -> Option<ExactHit> {
         let ray = LatticeRay { origin: a, direction: b - a, near: 0.0, far: 1.0 };
+        // Whether an end lies on the ground, up to rounding, and the line between it and t does not go deeper.
+        let rests = |end: DVec3, t: f64, slack: f64| {
+            let gap = |p: DVec3| self.field.surface(p.x, p.y).map_or(f64::INFINITY, |h| p.z - h);
+            let middle = end + ((a + ray.direction * t) - end) * 0.5;
+            gap(end).abs() <= slack && gap(middle) >= -slack
+        };
+        let mut inside: Option<ExactHit> = None;
         let mut obstacle = None;
         self.walk(&ray, |hit| {
-            // Within rounding of an end on the ground the line may seem to dip below it.
-            let slack = |end: DVec3| {
-                let ground = self.field.surface(end.x, end.y);
-                ground.is_some_and(|h| (end.z - h).abs() <= hit.error)
-            };
-            let leaves = (hit.t == 0.0 && !hit.entering) || (hit.t == 1.0 && hit.entering);
-            if leaves && slack(if hit.t == 0.0 { a } else { b }) {
-                return true;
+            match inside {
+                None if hit.entering => inside = Some(hit),
+                // Out of the ground at `a` itself.
+                None if rests(a, hit.t, hit.error) => {}
+                None => obstacle = Some(hit),
+                Some(_) => obstacle = inside,
             }
-            obstacle = Some(hit);
-            false
+            obstacle.is_none()
         });
-        obstacle
+        // Into the ground at `b` itself is no obstacle.
+        obstacle.or(inside.filter(|hit| !rests(b, hit.t, hit.error)))
     }
 
     fn walk(&self, ray: &LatticeRay, found: impl FnMut(ExactHit) -> bool) -> u32 {

@@ -74,10 +74,11 @@ impl Axis {
         (number(i + usize::from(self.forward)) * size, if self.forward { size } else { -size })
     }
 
-    /// Of the 2^bits blocks of side `size` in a block `i` the one in which the ray is at `t`: that behind the last line
-    /// crossed, by the same parameters that stepping uses.
+    /// Of the 2^bits blocks of a level in a block `i` of the level above, the one in which the ray is at `t`: that behind
+    /// the last line crossed, by the same parameters that stepping uses.
     #[inline(always)]
-    fn child(&self, i: usize, bits: u32, size: f64, t: f64) -> usize {
+    fn child(&self, i: usize, bits: u32, level: usize, t: f64) -> usize {
+        let size = number(1 << shift(level));
         let first = i << bits;
         let count = 1usize << bits;
         let mut crossed = 0;
@@ -85,7 +86,9 @@ impl Axis {
         for k in 1..count {
             crossed += usize::from(self.line(start + number(k) * size) <= t);
         }
-        if self.forward { first + crossed } else { first + count - 1 - crossed }
+        // A ray that touches the far border is still in the last block.
+        let last = (self.cells as usize - 1) >> shift(level);
+        if self.forward { (first + crossed).min(last) } else { first + count - 1 - crossed }
     }
 
     #[inline(always)]
@@ -354,9 +357,8 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
                 // Look closer.
                 place.level -= 1;
                 let bits = shift(level) - shift(level - 1);
-                let size = number(1 << shift(level - 1));
-                place.column = u.child(place.column, bits, size, place.t);
-                place.row = v.child(place.row, bits, size, place.t);
+                place.column = u.child(place.column, bits, level - 1, place.t);
+                place.row = v.child(place.row, bits, level - 1, place.t);
             }
         }
     }
