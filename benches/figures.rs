@@ -65,7 +65,8 @@ fn load(c: &mut Criterion) {
 }
 
 fn selection(c: &mut Criterion) {
-    let terrain = Terrain::new(Image::open(&andes()).and_then(|i| Ok(i.height_field(None))).expect("there").expect("a map"));
+    let terrain =
+        Terrain::new(Image::open(&andes()).and_then(|i| Ok(i.height_field(None))).expect("there").expect("a map"));
     let tree = terrain.tree(Resolutions::new(16, 3).expect("valid"));
     let tree = tree.hierarchy();
     let mut selection = Selection::new(tree);

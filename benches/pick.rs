@@ -23,9 +23,7 @@ use parry3d::query::RayCast;
 use parry3d::utils::Array2;
 use seamount::scene::Image;
 use seamount::terrain::pick::{CoarseSurface, FanErrors, LatticeRay};
-use seamount::terrain::{
-    ExactSurface, Full, HeightField, Hierarchy, MinMaxPyramid, Resolutions, Selection, generate,
-};
+use seamount::terrain::{ExactSurface, Full, HeightField, Hierarchy, MinMaxPyramid, Resolutions, Selection, generate};
 
 const RAYS: usize = 20_000;
 const CLASSES: [&str; 6] = ["camera", "grazing", "grid lines", "diagonals", "vertices", "down"];
@@ -116,23 +114,14 @@ impl Map {
                     let origin = DVec3::new(rng.range(0.0, cu).floor(), rng.range(0.0, cv).floor(), full[1]);
                     let slope = self.cell[0].hypot(self.cell[1]) * 5f64.to_radians().tan() / self.step;
                     let sign = if rng.range(0.0, 1.0) < 0.5 { 1.0 } else { -1.0 };
-                    LatticeRay {
-                        origin,
-                        direction: DVec3::new(sign, sign, -slope),
-                        near: 0.0,
-                        far: f64::INFINITY,
-                    }
+                    LatticeRay { origin, direction: DVec3::new(sign, sign, -slope), near: 0.0, far: f64::INFINITY }
                 }
                 "vertices" => {
                     let (c, r) = (rng.range(0.0, cu) as u32, rng.range(0.0, cv) as u32);
                     let target = DVec3::new(f64::from(c), f64::from(r), self.field.raw(c, r));
                     let away = self.ray(target, towards(rng.range(0.0, turn), rng.range(20.0, 70.0)));
                     let ahead = (full[1] + 1000.0 / self.step - target.z) / away.direction.z;
-                    LatticeRay {
-                        origin: target + away.direction * ahead,
-                        direction: -away.direction,
-                        ..away
-                    }
+                    LatticeRay { origin: target + away.direction * ahead, direction: -away.direction, ..away }
                 }
                 _ => {
                     let origin = DVec3::new(rng.range(0.0, cu), rng.range(0.0, cv), full[1] + 1000.0 / self.step);
@@ -318,7 +307,10 @@ fn print() {
     maps.dedup();
     for map in maps {
         println!("\n{map}: ns per ray (share that hits)");
-        println!("{:<12}{:>18}{:>18}{:>18}{:>18}{:>9}{:>9}", "", "exact", "coarse", "parry3d", "obvhs", "×parry", "×obvhs");
+        println!(
+            "{:<12}{:>18}{:>18}{:>18}{:>18}{:>9}{:>9}",
+            "", "exact", "coarse", "parry3d", "obvhs", "×parry", "×obvhs"
+        );
         for class in CLASSES {
             print!("{class:<12}");
             let ns = |peer: &str| get(format!("{map}|{class}|{peer}")).unwrap_or(f64::NAN);

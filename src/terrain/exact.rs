@@ -136,11 +136,6 @@ impl ExactSurface<'_> {
         self.walk(ray, |_| true)
     }
 
-    #[doc(hidden)]
-    pub fn first_steps(&self, ray: &LatticeRay) -> u32 {
-        self.walk(ray, |_| false)
-    }
-
     /// The most blocks and cells that a walk can visit on this map.
     ///
     /// A monotone walk over n × m blocks visits at most n + m − 1 of them. With blocks of 1, 4, 8, 16, … cells that is

@@ -57,9 +57,11 @@ impl Axis {
         (x - self.from) * self.inverse
     }
 
+    /// How far beyond line `i` the ray is at `t`, within 0..=1. Subtracting first makes the answer one of the distance
+    /// alone: a map and a ray that are moved by whole cells give the same bits.
     #[inline(always)]
-    fn at(&self, t: f64) -> f64 {
-        self.origin + self.direction * t
+    fn fraction(&self, i: usize, t: f64) -> f64 {
+        ((self.origin - number(i)) + self.direction * t).clamp(0.0, 1.0)
     }
 
     /// Parameters at which the ray enters and leaves the map.
@@ -137,6 +139,7 @@ struct Walk<'t, T, F> {
     /// u − v along the ray: where it starts, and 1 / slope.
     across: (f64, f64, f64),
     z: (f64, f64),
+    near: f64,
     far: f64,
     /// +1 above, −1 below, 0 not known yet.
     sign: i8,
@@ -195,6 +198,7 @@ pub(super) fn walk<T: Height, F: FnMut(ExactHit) -> bool>(
         v,
         across: (o.x - o.y, d.x - d.y, 1.0 / (d.x - d.y)),
         z: (o.z, d.z),
+        near,
         far,
         sign: 0,
         zero_since: None,
@@ -203,7 +207,7 @@ pub(super) fn walk<T: Height, F: FnMut(ExactHit) -> bool>(
         found,
     };
     if d.x == 0.0 && d.y == 0.0 {
-        walk.vertical(near);
+        walk.vertical();
         return 1;
     }
     let ([enter_u, leave_u], [enter_v, leave_v]) = (u.range(), v.range());
@@ -212,7 +216,8 @@ pub(super) fn walk<T: Height, F: FnMut(ExactHit) -> bool>(
     if !(near <= walk.far && near.is_finite() && walk.far.is_finite()) {
         return 0;
     }
-    walk.run(near);
+    walk.near = near;
+    walk.run();
     limit - walk.left
 }
 
@@ -232,11 +237,11 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
         self.levels.last().map_or([f64::NEG_INFINITY, f64::INFINITY], |l| [l.low[0].into(), l.high[0].into()])
     }
 
-    fn run(&mut self, near: f64) {
-        let Some(near) = self.approach(near) else {
+    fn run(&mut self) {
+        let Some(start) = self.approach() else {
             return;
         };
-        let mut place = Place { level: self.top, column: 0, row: 0, t: near, z: self.height_along(near) };
+        let mut place = Place { level: self.top, column: 0, row: 0, t: start, z: self.height_along(start) };
         loop {
             let outcome = match self.sign {
                 1 => self.march::<1>(&mut place),
@@ -256,7 +261,8 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
     }
 
     /// Skips what lies above all heights, or below them. `None` if that is the whole ray.
-    fn approach(&mut self, near: f64) -> Option<f64> {
+    fn approach(&mut self) -> Option<f64> {
+        let near = self.near;
         let [low, high] = self.range();
         let z = self.height_along(near);
         let (bound, sign) = if z > high {
@@ -288,8 +294,7 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
         loop {
             let level = place.level;
             let size = number(1 << shift(level));
-            let ((mut line_u, step_u), (mut line_v, step_v)) =
-                (u.ahead(place.column, size), v.ahead(place.row, size));
+            let ((mut line_u, step_u), (mut line_v, step_v)) = (u.ahead(place.column, size), v.ahead(place.row, size));
             let (mut leave_u, mut leave_v) = (u.line(line_u), v.line(line_v));
             let up = if level == 0 { BASE_BITS } else { STEP_BITS };
             let block = if level == 0 { None } else { self.levels.get((level - 1) * STEP_BITS as usize) };
@@ -376,26 +381,28 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
     /// Height of the surface on the line through column `column`, between two rows.
     #[inline(always)]
     fn on_column(&self, column: usize, row: usize, t: f64) -> f64 {
-        let s = (self.v.at(t) - number(row)).clamp(0.0, 1.0);
+        let s = self.v.fraction(row, t);
         T::between(self.sample(column, row), self.sample(column, row + 1), s)
     }
 
     /// Height of the surface on the line through row `row`, between two columns.
     #[inline(always)]
     fn on_row(&self, column: usize, row: usize, t: f64) -> f64 {
-        let s = (self.u.at(t) - number(column)).clamp(0.0, 1.0);
+        let s = self.u.fraction(column, t);
         T::between(self.sample(column, row), self.sample(column + 1, row), s)
     }
 
     /// Looks at one cell, from where the ray enters it. `false` when nothing more is wanted.
     fn cell(&mut self, place: &Place, leave: f64, leave_u: f64, leave_v: f64) -> bool {
-        let &Place { column, row, t: enter, .. } = place;
+        let &Place { column, row, .. } = place;
         let (u, v) = (self.u, self.v);
         // Heights where the ray enters and leaves: on the line that it crosses there, the row's last if both at once, as
         // in stepping; inside the cell where the ray starts or ends.
         let (behind_u, ahead_u) = if u.forward { (column, column + 1) } else { (column + 1, column) };
         let (behind_v, ahead_v) = if v.forward { (row, row + 1) } else { (row + 1, row) };
         let (enter_u, enter_v) = (u.line(number(behind_u)), v.line(number(behind_v)));
+        // Not where the walk began: that depends on heights elsewhere.
+        let enter = larger(larger(enter_u, enter_v), self.near);
         let h0 = if enter == enter_v {
             self.on_row(column, behind_v, enter)
         } else if enter == enter_u {
@@ -426,9 +433,8 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
             return self.pass(enter, f0, None, [column, row], upper)
                 && self.pass(leave, f1, Some((enter, f0)), [column, row], upper);
         }
-        let s = (u.at(middle) - number(column)).clamp(0.0, 1.0);
-        let fm = self.height_along(middle)
-            - T::between(self.sample(column, row), self.sample(column + 1, row + 1), s);
+        let s = u.fraction(column, middle);
+        let fm = self.height_along(middle) - T::between(self.sample(column, row), self.sample(column + 1, row + 1), s);
         self.pass(enter, f0, None, [column, row], !after)
             && self.pass(middle, fm, Some((enter, f0)), [column, row], !after)
             && self.pass(leave, f1, Some((middle, fm)), [column, row], after)
@@ -436,8 +442,8 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
 
     /// Height of the surface inside a cell, and in which triangle.
     fn inside(&self, column: usize, row: usize, t: f64) -> (f64, bool) {
-        let s = (self.u.at(t) - number(column)).clamp(0.0, 1.0);
-        let r = (self.v.at(t) - number(row)).clamp(0.0, 1.0);
+        let s = self.u.fraction(column, t);
+        let r = self.v.fraction(row, t);
         let [a, b, c, d] = self.corners(column, row);
         if s >= r { (a + s * (b - a) + r * (d - b), true) } else { (a + r * (c - a) + s * (d - c), false) }
     }
@@ -479,12 +485,12 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
     }
 
     /// A vertical ray meets the surface once.
-    fn vertical(&mut self, near: f64) {
+    fn vertical(&mut self) {
         // The lines are measured from the middle of the cell.
         let (column, row) = (self.u.from as usize, self.v.from as usize);
         let (height, upper) = self.inside(column, row, 0.0);
         let t = (height - self.z.0) / self.z.1;
-        if t >= near && t <= self.far {
+        if t >= self.near && t <= self.far {
             self.report(Contact { t, column, row, upper }, self.z.1 < 0.0);
         }
     }
@@ -496,8 +502,8 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
         let Contact { t, column, row, upper } = contact;
         let [a, b, c, d] = self.corners(column, row);
         // Rounding may put the point a little beside its triangle.
-        let s = (self.u.at(t) - number(column)).clamp(0.0, 1.0);
-        let r = (self.v.at(t) - number(row)).clamp(0.0, 1.0);
+        let s = self.u.fraction(column, t);
+        let r = self.v.fraction(row, t);
         let (gradient, barycentric, height) = if upper {
             let r = r.min(s);
             ([b - a, d - b], [1.0 - s, s - r, r], a + s * (b - a) + r * (d - b))
