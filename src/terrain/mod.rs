@@ -2,6 +2,7 @@
 
 pub mod data;
 pub mod errors;
+pub mod exact;
 mod fill;
 pub mod frustum;
 pub mod generate;
@@ -17,6 +18,7 @@ pub mod selection;
 
 pub use data::{Detail, PatchTree, Terrain};
 pub use errors::TileErrors;
+pub use exact::{ExactHit, ExactSurface, SurfacePoint};
 pub use frustum::Frustum;
 pub use generate::generate;
 pub use height_field::{HeightField, HeightFieldError, LatticeFrame, Samples, Voids};

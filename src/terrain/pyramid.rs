@@ -27,74 +27,111 @@ pub struct MinMaxPyramid {
     levels: Levels,
 }
 
+/// The levels, finest first, in the type of the samples.
 #[derive(Debug)]
-enum Levels {
+pub(super) enum Levels {
     U16(Vec<Level<u16>>),
     F32(Vec<Level<f32>>),
 }
 
+/// Smallest and largest heights apart: a ray above the ground reads the largest only, half of the memory.
 #[derive(Debug)]
-struct Level<T> {
-    columns: u32,
-    rows: u32,
-    blocks: Vec<[T; 2]>,
+pub(super) struct Level<T> {
+    pub(super) columns: u32,
+    pub(super) rows: u32,
+    pub(super) low: Vec<T>,
+    pub(super) high: Vec<T>,
 }
 
-trait Height: Copy + PartialOrd + Into<f64> + Send + Sync {}
-impl Height for u16 {}
-impl Height for f32 {}
+/// A type of samples.
+pub(super) trait Height: Copy + PartialOrd + Into<f64> + Send + Sync {
+    /// The value a fraction `s` of 0..=1 from `a` to `b`: never outside of the two, and exactly `a` or `b` at the ends.
+    fn between(a: Self, b: Self, s: f64) -> f64;
+}
 
-fn merge<T: Height>(a: [T; 2], b: [T; 2]) -> [T; 2] {
-    [if b[0] < a[0] { b[0] } else { a[0] }, if b[1] > a[1] { b[1] } else { a[1] }]
+impl Height for u16 {
+    #[inline(always)]
+    fn between(a: Self, b: Self, s: f64) -> f64 {
+        // The difference is exact, and rounding is monotone.
+        let (a, b): (f64, f64) = (a.into(), b.into());
+        a + s * (b - a)
+    }
+}
+
+impl Height for f32 {
+    #[inline(always)]
+    fn between(a: Self, b: Self, s: f64) -> f64 {
+        // The difference of floats of very unequal size is rounded: start from the nearer end.
+        let (a, b): (f64, f64) = (a.into(), b.into());
+        if s < 0.5 { a + s * (b - a) } else { b - (1.0 - s) * (b - a) }
+    }
+}
+
+#[inline(always)]
+pub(super) fn smaller<T: PartialOrd>(a: T, b: T) -> T {
+    if b < a { b } else { a }
+}
+
+#[inline(always)]
+pub(super) fn larger<T: PartialOrd>(a: T, b: T) -> T {
+    if b > a { b } else { a }
 }
 
 impl<T: Height> Level<T> {
     fn base(field: &HeightField, samples: &[T]) -> Self {
         use rayon::prelude::*;
-        let b = MinMaxPyramid::BASE;
-        let [cells_u, cells_v] = field.cells();
-        let (columns, rows) = (cells_u.div_ceil(b), cells_v.div_ceil(b));
-        let width = field.columns() as usize;
-        let blocks = (0..rows)
-            .into_par_iter()
-            .flat_map_iter(|j| {
-                (0..columns).map(move |i| {
-                    let (u0, u1) = ((i * b) as usize, (i * b + b).min(cells_u) as usize);
-                    let (v0, v1) = ((j * b) as usize, (j * b + b).min(cells_v) as usize);
-                    let first = samples[v0 * width + u0];
-                    let mut range = [first, first];
-                    for v in v0..=v1 {
-                        for &s in &samples[v * width + u0..=v * width + u1] {
-                            range = merge(range, [s, s]);
-                        }
+        const B: usize = MinMaxPyramid::BASE as usize;
+        let [cells_u, cells_v] = field.cells().map(|n| n as usize);
+        let (columns, rows) = (cells_u.div_ceil(B), cells_v.div_ceil(B));
+        let width = cells_u + 1;
+        let mut low = vec![samples[0]; columns * rows];
+        let mut high = low.clone();
+        low.par_chunks_mut(columns).zip(high.par_chunks_mut(columns)).enumerate().for_each_init(
+            || (Vec::with_capacity(width), Vec::with_capacity(width)),
+            |(lows, highs): &mut (Vec<T>, Vec<T>), (j, (low, high))| {
+                // First down the columns of samples, which is one long loop per row, then along.
+                let first = &samples[j * B * width..][..width];
+                (lows.clear(), highs.clear());
+                (lows.extend_from_slice(first), highs.extend_from_slice(first));
+                for v in j * B + 1..=(j * B + B).min(cells_v) {
+                    let line = &samples[v * width..][..width];
+                    for ((l, h), &s) in lows.iter_mut().zip(highs.iter_mut()).zip(line) {
+                        (*l, *h) = (smaller(*l, s), larger(*h, s));
                     }
-                    range
-                })
-            })
-            .collect();
-        Self { columns, rows, blocks }
+                }
+                for (i, (low, high)) in low.iter_mut().zip(high).enumerate() {
+                    let block = i * B..=(i * B + B).min(cells_u);
+                    *low = lows[block.clone()].iter().copied().fold(lows[i * B], smaller);
+                    *high = highs[block].iter().copied().fold(highs[i * B], larger);
+                }
+            },
+        );
+        Self { columns: columns as u32, rows: rows as u32, low, high }
     }
 
     fn above(&self) -> Self {
         let (columns, rows) = (self.columns.div_ceil(2), self.rows.div_ceil(2));
-        let mut blocks = Vec::with_capacity(columns as usize * rows as usize);
+        let count = columns as usize * rows as usize;
+        let (mut low, mut high) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for j in 0..rows {
             for i in 0..columns {
-                let mut range = self.get(2 * i, 2 * j);
-                for (di, dj) in [(1, 0), (0, 1), (1, 1)] {
-                    if 2 * i + di < self.columns && 2 * j + dj < self.rows {
-                        range = merge(range, self.get(2 * i + di, 2 * j + dj));
-                    }
-                }
-                blocks.push(range);
+                // Beyond the border `get` answers for the last block, which belongs to this one.
+                let [a, b, c, d] = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(di, dj)| self.get(2 * i + di, 2 * j + dj));
+                low.push(smaller(smaller(a[0], b[0]), smaller(c[0], d[0])));
+                high.push(larger(larger(a[1], b[1]), larger(c[1], d[1])));
             }
         }
-        Self { columns, rows, blocks }
+        Self { columns, rows, low, high }
     }
 
     fn get(&self, i: u32, j: u32) -> [T; 2] {
         let (i, j) = (i.min(self.columns - 1) as usize, j.min(self.rows - 1) as usize);
-        self.blocks[j * self.columns as usize + i]
+        let at = j * self.columns as usize + i;
+        [self.low[at], self.high[at]]
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(self.low.as_slice()) + size_of_val(self.high.as_slice())
     }
 
     fn pyramid(base: Self) -> Vec<Self> {
@@ -113,8 +150,7 @@ fn range_in<T: Height>(levels: &[Level<T>], k: usize, i: u32, j: u32) -> [f64; 2
     // Above the top there is one block: that of the top.
     let top = levels.len() - 1;
     let (level, i, j) = if k > top { (&levels[top], 0, 0) } else { (&levels[k], i, j) };
-    let [low, high] = level.get(i, j);
-    [low.into(), high.into()]
+    level.get(i, j).map(Into::into)
 }
 
 impl MinMaxPyramid {
@@ -150,12 +186,16 @@ impl MinMaxPyramid {
         self.range(1 << 30, 0, 0)
     }
 
+    pub(super) fn levels(&self) -> &Levels {
+        &self.levels
+    }
+
     /// Bytes that the tree occupies.
     #[must_use]
     pub fn bytes(&self) -> usize {
         match &self.levels {
-            Levels::U16(levels) => levels.iter().map(|l| size_of_val(l.blocks.as_slice())).sum(),
-            Levels::F32(levels) => levels.iter().map(|l| size_of_val(l.blocks.as_slice())).sum(),
+            Levels::U16(levels) => levels.iter().map(Level::bytes).sum(),
+            Levels::F32(levels) => levels.iter().map(Level::bytes).sum(),
         }
     }
 }

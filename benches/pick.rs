@@ -1,0 +1,342 @@
+//! Rays against a map of heights: the exact and the coarse surface beside parry3d's height field and obvhs's wide BVH.
+//!
+//! `cargo bench --bench pick`. All peers get the same maps and rays in one run, on one thread; a table of the figures and
+//! the bars that they have to pass comes last. parry3d and obvhs know f32 only: they get the map centred, in metres, y up.
+//! `SEAMOUNT_BENCH_MAPS=1201` or `4097` runs one map alone (the BVH of the larger needs about 10 GB).
+#![allow(missing_docs, reason = "criterion's macros make undocumented functions")]
+
+use std::hint::black_box;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use glam::{DVec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh_from_tris;
+use obvhs::ray::{Ray, RayHit};
+use obvhs::rt_triangle::RtTriangle;
+use obvhs::triangle::Triangle;
+use parry3d::math::Vector;
+use parry3d::query::RayCast;
+use parry3d::utils::Array2;
+use seamount::scene::Image;
+use seamount::terrain::pick::{CoarseSurface, FanErrors, LatticeRay};
+use seamount::terrain::{ExactSurface, Full, HeightField, Hierarchy, MinMaxPyramid, Resolutions, Selection, generate};
+
+const RAYS: usize = 20_000;
+const CLASSES: [&str; 6] = ["camera", "grazing", "grid lines", "diagonals", "vertices", "down"];
+
+/// A map with the size of its cells and heights in metres.
+struct Map {
+    name: &'static str,
+    field: HeightField,
+    cell: [f64; 2],
+    step: f64,
+}
+
+/// splitmix64.
+struct Rng(u64);
+
+impl Rng {
+    fn range(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        low + (high - low) * ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+impl Map {
+    fn andes() -> Self {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/andes.png");
+        let field = Image::open(&path).expect("the map is there").height_field(None).expect("a map");
+        Self { name: "Andes 1201²", field, cell: [78.2, 92.7], step: 1.0 }
+    }
+
+    fn generated() -> Self {
+        let field = generate(4097, 1).expect("a size that is allowed");
+        Self { name: "generated 4097²", field, cell: [30.0, 30.0], step: 6000.0 / 65535.0 }
+    }
+
+    /// A ray from a lattice point in a direction given in metres (east, south, up).
+    fn ray(&self, origin: DVec3, metres: DVec3) -> LatticeRay {
+        let direction = metres / DVec3::new(self.cell[0], self.cell[1], self.step);
+        LatticeRay { origin, direction, near: 0.0, far: f64::INFINITY }
+    }
+
+    fn rays(&self, class: &str) -> Vec<LatticeRay> {
+        let mut rng = Rng(class.len() as u64);
+        let [cu, cv] = self.field.cells().map(f64::from);
+        let full = MinMaxPyramid::new(&self.field).full_range();
+        let towards = |azimuth: f64, pitch: f64| {
+            let (sin, cos) = azimuth.sin_cos();
+            DVec3::new(cos, sin, pitch.to_radians().tan())
+        };
+        let mut rays = Vec::with_capacity(RAYS);
+        let mut eye = DVec3::ZERO;
+        let mut heading = 0.0;
+        while rays.len() < RAYS {
+            let turn = std::f64::consts::TAU;
+            rays.push(match class {
+                // Sixteen eyes above the ground of the map; rays through the pixels of pictures 60° wide, 15° down.
+                "camera" => {
+                    if rays.len() % (RAYS / 16) == 0 {
+                        eye = DVec3::new(rng.range(0.1, 0.9) * cu, rng.range(0.1, 0.9) * cv, 0.0);
+                        let ground = self.field.surface(eye.x, eye.y).unwrap_or(0.0);
+                        eye.z = ground + rng.range(500.0, 3000.0) / self.step;
+                        heading = rng.range(0.0, turn);
+                    }
+                    let azimuth = heading + rng.range(-30.0f64, 30.0).to_radians();
+                    self.ray(eye, towards(azimuth, -15.0 + rng.range(-20.0, 20.0)))
+                }
+                // From beside the map, at the height of its upper half, level within 1°.
+                "grazing" => {
+                    let azimuth = rng.range(0.0, turn);
+                    let target = DVec3::new(
+                        rng.range(0.0, cu),
+                        rng.range(0.0, cv),
+                        full[0] + rng.range(0.5, 1.1) * (full[1] - full[0]),
+                    );
+                    let ray = self.ray(target, towards(azimuth, rng.range(-1.0, 1.0)));
+                    let back = 1.5 * cu.hypot(cv) / ray.direction.truncate().length();
+                    LatticeRay { origin: target - ray.direction * back, ..ray }
+                }
+                "grid lines" => {
+                    let k = rng.range(0.0, cu).floor();
+                    let origin = DVec3::new(k, rng.range(0.0, cv), full[1]);
+                    let sign = if rng.range(0.0, 1.0) < 0.5 { 1.0 } else { -1.0 };
+                    self.ray(origin, towards(0.25 * turn * sign, -5.0))
+                }
+                "diagonals" => {
+                    let origin = DVec3::new(rng.range(0.0, cu).floor(), rng.range(0.0, cv).floor(), full[1]);
+                    let slope = self.cell[0].hypot(self.cell[1]) * 5f64.to_radians().tan() / self.step;
+                    let sign = if rng.range(0.0, 1.0) < 0.5 { 1.0 } else { -1.0 };
+                    LatticeRay { origin, direction: DVec3::new(sign, sign, -slope), near: 0.0, far: f64::INFINITY }
+                }
+                "vertices" => {
+                    let (c, r) = (rng.range(0.0, cu) as u32, rng.range(0.0, cv) as u32);
+                    let target = DVec3::new(f64::from(c), f64::from(r), self.field.raw(c, r));
+                    let away = self.ray(target, towards(rng.range(0.0, turn), rng.range(20.0, 70.0)));
+                    let ahead = (full[1] + 1000.0 / self.step - target.z) / away.direction.z;
+                    LatticeRay { origin: target + away.direction * ahead, direction: -away.direction, ..away }
+                }
+                _ => {
+                    let origin = DVec3::new(rng.range(0.0, cu), rng.range(0.0, cv), full[1] + 1000.0 / self.step);
+                    self.ray(origin, DVec3::NEG_Z)
+                }
+            });
+        }
+        rays
+    }
+
+    /// A lattice point, or with `w` 0 a direction, as the peers want it.
+    fn centred(&self, p: DVec3, w: f64) -> [f32; 3] {
+        let [cu, cv] = self.field.cells().map(f64::from);
+        [
+            ((p.x - w * cu / 2.0) * self.cell[0]) as f32,
+            (p.z * self.step) as f32,
+            ((p.y - w * cv / 2.0) * self.cell[1]) as f32,
+        ]
+    }
+
+    fn parry(&self) -> parry3d::shape::HeightField {
+        let (columns, rows) = (self.field.columns(), self.field.rows());
+        let mut heights = Array2::zeros(rows as usize, columns as usize);
+        for r in 0..rows {
+            for c in 0..columns {
+                heights[(r as usize, c as usize)] = (self.field.raw(c, r) * self.step) as f32;
+            }
+        }
+        let [cu, cv] = self.field.cells().map(f64::from);
+        let scale = Vector::new((cu * self.cell[0]) as f32, 1.0, (cv * self.cell[1]) as f32);
+        parry3d::shape::HeightField::new(heights, scale)
+    }
+
+    fn bvh(&self) -> Bvh {
+        let [cu, cv] = self.field.cells();
+        let corner = |c: u32, r: u32| {
+            let p = DVec3::new(f64::from(c), f64::from(r), self.field.raw(c, r));
+            Vec3A::from_array(self.centred(p, 1.0))
+        };
+        let mut triangles = Vec::with_capacity(2 * cu as usize * cv as usize);
+        for r in 0..cv {
+            for c in 0..cu {
+                let (v0, v2) = (corner(c, r), corner(c + 1, r + 1));
+                triangles.push(Triangle { v0, v1: corner(c + 1, r), v2 });
+                triangles.push(Triangle { v0, v1: corner(c, r + 1), v2 });
+            }
+        }
+        let bvh = build_cwbvh_from_tris(&triangles, BvhBuildParams::medium_build(), &mut Duration::default());
+        let triangles = bvh.primitive_indices.iter().map(|&i| RtTriangle::from(&triangles[i as usize])).collect();
+        Bvh { bvh, triangles }
+    }
+}
+
+/// The wide BVH with the triangles in its order.
+struct Bvh {
+    bvh: CwBvh,
+    triangles: Vec<RtTriangle>,
+}
+
+impl Bvh {
+    fn bytes(&self) -> usize {
+        size_of_val(self.bvh.nodes.as_slice()) + size_of_val(self.triangles.as_slice())
+    }
+}
+
+/// Nanoseconds per ray, or whatever the title says, in the order of measuring.
+static TABLE: Mutex<Vec<(String, f64)>> = Mutex::new(Vec::new());
+
+fn note(title: String, value: f64) {
+    let mut table = TABLE.lock().unwrap_or_else(PoisonError::into_inner);
+    match table.iter_mut().find(|(t, _)| *t == title) {
+        // The best sample: the machine is shared, and disturbances only add.
+        Some((_, best)) => *best = best.min(value),
+        None => table.push((title, value)),
+    }
+}
+
+/// Measures one peer on one class, a ray per iteration.
+fn time<R>(c: &mut Criterion, map: &str, class: &str, peer: &str, rays: &[R], mut pick: impl FnMut(&R) -> bool) {
+    let mut hits = 0;
+    for ray in rays {
+        hits += usize::from(pick(ray));
+    }
+    let mut next = 0;
+    c.benchmark_group(format!("{map}, {class}")).bench_function(peer, |b| {
+        b.iter_custom(|count| {
+            let start = Instant::now();
+            for _ in 0..count {
+                black_box(pick(black_box(&rays[next])));
+                next = if next + 1 == rays.len() { 0 } else { next + 1 };
+            }
+            let spent = start.elapsed();
+            if count >= 1000 {
+                note(format!("{map}|{class}|{peer}"), spent.as_nanos() as f64 / count as f64);
+            }
+            spent
+        });
+    });
+    note(format!("{map}|{class}|{peer} hits"), hits as f64);
+}
+
+fn once<R>(map: &Map, title: &str, work: impl FnOnce() -> R) -> R {
+    let start = Instant::now();
+    let result = work();
+    note(format!("{}|{title}", map.name), start.elapsed().as_secs_f64() * 1e3);
+    result
+}
+
+fn picks(c: &mut Criterion) {
+    // Building on one thread, as the rays are.
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("nobody has started the pool");
+    let wanted = std::env::var("SEAMOUNT_BENCH_MAPS").unwrap_or_default();
+    let maps: [(&str, fn() -> Map); 2] = [("1201", Map::andes), ("4097", Map::generated)];
+    for (size, make) in maps {
+        if wanted.is_empty() || wanted == size {
+            measure(c, &make());
+        }
+    }
+    print();
+}
+
+fn measure(c: &mut Criterion, map: &Map) {
+    let field = &map.field;
+    let mut pyramid = MinMaxPyramid::new(field);
+    for _ in 0..5 {
+        pyramid = once(map, "exact: build, ms", || MinMaxPyramid::new(field));
+    }
+    let tree = Hierarchy::new(field.cells(), Resolutions::new(16, 3).expect("valid"));
+    let errors = once(map, "coarse: errors, ms", || FanErrors::new(field, &tree));
+    let selection = Selection::of(&tree, &Full);
+    let parry = once(map, "parry3d: build, ms", || map.parry());
+    let bvh = once(map, "obvhs: build, ms", || map.bvh());
+    let memory = [
+        ("heights", field.samples().bytes()),
+        ("exact: tree", pyramid.bytes()),
+        ("parry3d: heights", size_of_val(parry.heights().data())),
+        ("obvhs: nodes and triangles", bvh.bytes()),
+    ];
+    for (title, bytes) in memory {
+        note(format!("{}|{title}, MB", map.name), bytes as f64 / 1e6);
+    }
+    let exact = ExactSurface { field, pyramid: &pyramid };
+    let coarse = CoarseSurface { field, pyramid: &pyramid, tree: &tree, selection: &selection, errors: &errors };
+    for class in CLASSES {
+        let rays = map.rays(class);
+        time(c, map.name, class, "exact", &rays, |ray| exact.first(ray).is_some());
+        time(c, map.name, class, "coarse", &rays, |ray| {
+            let mut hit = None;
+            coarse.intersect(ray, &mut |h| {
+                hit = Some(h);
+                false
+            });
+            hit.is_some()
+        });
+        let theirs: Vec<_> = rays
+            .iter()
+            .map(|ray| parry3d::query::Ray {
+                origin: Vector::from_array(map.centred(ray.origin, 1.0)),
+                dir: Vector::from_array(map.centred(ray.direction.normalize(), 0.0)).normalize(),
+            })
+            .collect();
+        time(c, map.name, class, "parry3d", &theirs, |ray| {
+            parry.cast_local_ray_and_get_normal(ray, f32::MAX, false).is_some()
+        });
+        let theirs: Vec<_> = rays
+            .iter()
+            .map(|ray| {
+                let direction = Vec3A::from_array(map.centred(ray.direction.normalize(), 0.0)).normalize();
+                Ray::new_inf(Vec3A::from_array(map.centred(ray.origin, 1.0)), direction)
+            })
+            .collect();
+        time(c, map.name, class, "obvhs", &theirs, |ray| {
+            let mut hit = RayHit::none();
+            bvh.bvh.ray_traverse(*ray, &mut hit, |ray, id| bvh.triangles[id].intersect(ray))
+        });
+    }
+}
+
+fn print() {
+    let table = TABLE.lock().unwrap_or_else(PoisonError::into_inner);
+    let get = |title: String| table.iter().find(|(t, _)| *t == title).map(|&(_, value)| value);
+    let mut maps: Vec<&str> = table.iter().filter_map(|(t, _)| t.split('|').next()).collect();
+    maps.dedup();
+    for map in maps {
+        println!("\n{map}: ns per ray (share that hits)");
+        println!(
+            "{:<12}{:>18}{:>18}{:>18}{:>18}{:>9}{:>9}",
+            "", "exact", "coarse", "parry3d", "obvhs", "×parry", "×obvhs"
+        );
+        for class in CLASSES {
+            print!("{class:<12}");
+            let ns = |peer: &str| get(format!("{map}|{class}|{peer}")).unwrap_or(f64::NAN);
+            for peer in ["exact", "coarse", "parry3d", "obvhs"] {
+                let share = get(format!("{map}|{class}|{peer} hits")).unwrap_or(0.0) / RAYS as f64;
+                print!("{:>18}", format!("{:.0} ({:.2}%)", ns(peer), 100.0 * share));
+            }
+            println!("{:>9.1}{:>9.1}", ns("parry3d") / ns("exact"), ns("obvhs") / ns("exact"));
+        }
+        for (title, value) in table.iter() {
+            if let Some((m, what)) = title.split_once('|')
+                && m == map
+                && !what.contains('|')
+            {
+                println!("{what}: {value:.2}");
+            }
+        }
+    }
+}
+
+fn config() -> Criterion {
+    Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_millis(1500))
+}
+
+criterion_group! { name = benches; config = config(); targets = picks }
+criterion_main!(benches);

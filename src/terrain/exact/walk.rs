@@ -1,0 +1,531 @@
+//! The walk of a ray through the min/max tree and the cells.
+
+use glam::DVec3;
+
+use super::ExactHit;
+use crate::terrain::pick::LatticeRay;
+use crate::terrain::pyramid::{Height, Level, MinMaxPyramid, larger, smaller};
+
+/// Blocks of the smallest level of the tree have 2^BASE_BITS cells a side.
+const BASE_BITS: u32 = MinMaxPyramid::BASE.trailing_zeros();
+/// From level to level of the walk the side of a block grows by 2^STEP_BITS.
+const STEP_BITS: u32 = 2;
+/// Directions beyond are scaled by a power of two first, so that reciprocals and products stay finite.
+const EXTREME: f64 = 1e120;
+
+pub(super) fn step_limit([columns, rows]: [u32; 2]) -> u32 {
+    columns + rows + (columns + rows) / 2 + 2 * u32::BITS
+}
+
+/// Side of a block of a level of the walk: level 0 are the cells.
+fn shift(level: usize) -> u32 {
+    if level == 0 { 0 } else { BASE_BITS + (level as u32 - 1) * STEP_BITS }
+}
+
+/// An index as a float. Indices are below 2²⁵; signed numbers convert faster.
+#[inline(always)]
+fn number(i: usize) -> f64 {
+    f64::from(i as i32)
+}
+
+/// One horizontal axis along the ray. Lines are numbered by their coordinate.
+#[derive(Debug, Clone, Copy)]
+struct Axis {
+    origin: f64,
+    direction: f64,
+    /// Where lines are measured from: the origin, or for a ray along the lines the middle of its cell, so that no line
+    /// coincides with it.
+    from: f64,
+    /// 1 / direction.
+    inverse: f64,
+    /// Whether the ray goes towards larger indices (also if it goes along the lines).
+    forward: bool,
+    cells: u32,
+}
+
+impl Axis {
+    fn new(origin: f64, direction: f64, cells: u32) -> Self {
+        let from = if direction == 0.0 { f64::from((origin as u32).min(cells - 1)) + 0.5 } else { origin };
+        let inverse = if direction == 0.0 { f64::INFINITY } else { 1.0 / direction };
+        Self { origin, direction, from, inverse, forward: inverse > 0.0, cells }
+    }
+
+    /// Parameter at which the ray crosses a line: the only expression for it, so that all who ask get the same bits. For a
+    /// ray along the lines −∞ for those up to its cell and ∞ for those beyond.
+    #[inline(always)]
+    fn line(&self, x: f64) -> f64 {
+        (x - self.from) * self.inverse
+    }
+
+    /// How far beyond line `i` the ray is at `t`, within 0..=1. Subtracting first makes the answer one of the distance
+    /// alone: a map and a ray that are moved by whole cells give the same bits.
+    #[inline(always)]
+    fn fraction(&self, i: usize, t: f64) -> f64 {
+        ((self.origin - number(i)) + self.direction * t).clamp(0.0, 1.0)
+    }
+
+    /// Parameters at which the ray enters and leaves the map.
+    fn range(&self) -> [f64; 2] {
+        let (a, b) = (self.line(0.0), self.line(f64::from(self.cells)));
+        if self.forward { [a, b] } else { [b, a] }
+    }
+
+    /// The line through which the ray leaves block `i` of a size, and the step to the next.
+    #[inline(always)]
+    fn ahead(&self, i: usize, size: f64) -> (f64, f64) {
+        (number(i + usize::from(self.forward)) * size, if self.forward { size } else { -size })
+    }
+
+    /// Of the 2^bits blocks of a level in a block `i` of the level above, the one in which the ray is at `t`: that behind
+    /// the last line crossed, by the same parameters that stepping uses.
+    #[inline(always)]
+    fn child(&self, i: usize, bits: u32, level: usize, t: f64) -> usize {
+        let size = number(1 << shift(level));
+        let first = i << bits;
+        let count = 1usize << bits;
+        let mut crossed = 0;
+        let start = number(first) * size;
+        for k in 1..count {
+            crossed += usize::from(self.line(start + number(k) * size) <= t);
+        }
+        // A ray that touches the far border is still in the last block.
+        let last = (self.cells as usize - 1) >> shift(level);
+        if self.forward { (first + crossed).min(last) } else { first + count - 1 - crossed }
+    }
+
+    #[inline(always)]
+    fn next(&self, i: usize) -> usize {
+        if self.forward { i + 1 } else { i.wrapping_sub(1) }
+    }
+}
+
+/// A block and the parameter at which the ray enters it.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    level: usize,
+    column: usize,
+    row: usize,
+    t: f64,
+    /// Height of the ray at t.
+    z: f64,
+}
+
+/// A place on the surface, known by its triangle.
+#[derive(Debug, Clone, Copy)]
+struct Contact {
+    t: f64,
+    column: usize,
+    row: usize,
+    upper: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    /// The sign has changed.
+    Turned,
+    /// The end of the ray or of the map.
+    Ended,
+    /// Nothing more is wanted.
+    Stopped,
+}
+
+struct Walk<'t, T, F> {
+    samples: &'t [T],
+    levels: &'t [Level<T>],
+    /// The level of the walk that is one block.
+    top: usize,
+    u: Axis,
+    v: Axis,
+    /// u − v along the ray: where it starts, and 1 / slope.
+    across: (f64, f64, f64),
+    z: (f64, f64),
+    near: f64,
+    far: f64,
+    /// +1 above, −1 below, 0 not known yet.
+    sign: i8,
+    /// Where f became exactly 0, if it still is.
+    zero_since: Option<Contact>,
+    /// Steps that may still be made.
+    left: u32,
+    /// The ray's t is this times the walk's.
+    unit: f64,
+    found: F,
+}
+
+/// Walks along the ray and returns the number of steps.
+pub(super) fn walk<T: Height, F: FnMut(ExactHit) -> bool>(
+    samples: &[T],
+    levels: &[Level<T>],
+    cells: [u32; 2],
+    ray: &LatticeRay,
+    found: F,
+) -> u32 {
+    let LatticeRay { origin: o, mut direction, mut near, mut far } = *ray;
+    let length = direction.abs().max_element();
+    let base = levels.first().map_or([0; 2], |l| [l.columns, l.rows]);
+    if !(o.is_finite() && direction.is_finite() && length > 0.0 && near <= far)
+        || base != cells.map(|n| n.div_ceil(MinMaxPyramid::BASE))
+    {
+        return 0;
+    }
+    let mut unit = 1.0;
+    if !(1.0 / EXTREME..EXTREME).contains(&length) {
+        // Powers of two are exact. In two steps, as the factor itself may not be a float.
+        let exponent = (length.log2().floor() as i32).clamp(-1000, 1000);
+        unit = 2f64.powi(-exponent);
+        direction *= unit;
+        (near, far) = (near / unit, far / unit);
+    }
+    // Too steep for a reciprocal, a ray is vertical: before it has moved by a cell it is beyond all heights.
+    let upright = |d: f64| if d.abs() < 1e-300 { 0.0 } else { d };
+    let d = DVec3::new(upright(direction.x), upright(direction.y), direction.z);
+    // A ray beside the map, along its lines.
+    let beside = |o: f64, d: f64, cells: u32| d == 0.0 && !(0.0..=f64::from(cells)).contains(&o);
+    if beside(o.x, d.x, cells[0]) || beside(o.y, d.y, cells[1]) {
+        return 0;
+    }
+    let (u, v) = (Axis::new(o.x, d.x, cells[0]), Axis::new(o.y, d.y, cells[1]));
+    let mut top = 1;
+    while levels.get((top - 1) * STEP_BITS as usize).is_some_and(|l| l.columns > 1 || l.rows > 1) {
+        top += 1;
+    }
+    let limit = step_limit(cells);
+    let mut walk = Walk {
+        samples,
+        levels,
+        top,
+        u,
+        v,
+        across: (o.x - o.y, d.x - d.y, 1.0 / (d.x - d.y)),
+        z: (o.z, d.z),
+        near,
+        far,
+        sign: 0,
+        zero_since: None,
+        left: limit,
+        unit,
+        found,
+    };
+    if d.x == 0.0 && d.y == 0.0 {
+        walk.vertical();
+        return 1;
+    }
+    let ([enter_u, leave_u], [enter_v, leave_v]) = (u.range(), v.range());
+    near = near.max(enter_u).max(enter_v);
+    walk.far = far.min(leave_u).min(leave_v);
+    if !(near <= walk.far && near.is_finite() && walk.far.is_finite()) {
+        return 0;
+    }
+    walk.near = near;
+    walk.run();
+    limit - walk.left
+}
+
+impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
+    #[inline(always)]
+    fn sample(&self, column: usize, row: usize) -> T {
+        self.samples[row * (self.u.cells as usize + 1) + column]
+    }
+
+    #[inline(always)]
+    fn height_along(&self, t: f64) -> f64 {
+        self.z.0 + self.z.1 * t
+    }
+
+    /// Smallest and largest height of a map.
+    fn range(&self) -> [f64; 2] {
+        self.levels.last().map_or([f64::NEG_INFINITY, f64::INFINITY], |l| [l.low[0].into(), l.high[0].into()])
+    }
+
+    fn run(&mut self) {
+        let Some(start) = self.approach() else {
+            return;
+        };
+        let mut place = Place { level: self.top, column: 0, row: 0, t: start, z: self.height_along(start) };
+        loop {
+            let outcome = match self.sign {
+                1 => self.march::<1>(&mut place),
+                -1 => self.march::<-1>(&mut place),
+                _ => self.march::<0>(&mut place),
+            };
+            match outcome {
+                Outcome::Turned => {}
+                Outcome::Stopped => return,
+                Outcome::Ended => break,
+            }
+        }
+        if let Some(contact) = self.zero_since {
+            // The ray ends on the surface.
+            self.report(contact, self.sign > 0);
+        }
+    }
+
+    /// Skips what lies above all heights, or below them. `None` if that is the whole ray.
+    fn approach(&mut self) -> Option<f64> {
+        let near = self.near;
+        let [low, high] = self.range();
+        let z = self.height_along(near);
+        let (bound, sign) = if z > high {
+            (high, 1)
+        } else if z < low {
+            (low, -1)
+        } else {
+            return Some(near);
+        };
+        self.sign = sign;
+        if self.z.1 == 0.0 || (self.z.1 > 0.0) == (sign > 0) {
+            return None;
+        }
+        let t = (bound - self.z.0) / self.z.1;
+        // A little earlier, where rounding leaves no doubt.
+        let t = t - t.abs() * 2f64.powi(-50);
+        let z = self.height_along(t);
+        if !(t > near && if sign > 0 { z > high } else { z < low }) {
+            return Some(near);
+        }
+        (t <= self.far).then_some(t)
+    }
+
+    /// Walks from a place on. `SIGN` is the sign of f there: blocks on that side of the ray are passed, with 0 none.
+    #[inline(always)]
+    fn march<const SIGN: i8>(&mut self, place: &mut Place) -> Outcome {
+        let (u, v) = (self.u, self.v);
+        let far = self.far;
+        loop {
+            let level = place.level;
+            let size = number(1 << shift(level));
+            let ((mut line_u, step_u), (mut line_v, step_v)) = (u.ahead(place.column, size), v.ahead(place.row, size));
+            let (mut leave_u, mut leave_v) = (u.line(line_u), v.line(line_v));
+            let up = if level == 0 { BASE_BITS } else { STEP_BITS };
+            let block = if level == 0 { None } else { self.levels.get((level - 1) * STEP_BITS as usize) };
+            loop {
+                if self.left == 0 {
+                    debug_assert!(false, "a walk visits no block twice");
+                    return Outcome::Stopped;
+                }
+                self.left -= 1;
+                let leave = smaller(if leave_u <= leave_v { leave_u } else { leave_v }, far);
+                let z = self.height_along(leave);
+                let [low, high] = match block {
+                    Some(block) => {
+                        let at = place.row * block.columns as usize + place.column;
+                        [block.low[at].into(), block.high[at].into()]
+                    }
+                    None if level == 0 => self.cell_range(place.column, place.row),
+                    None => self.range(),
+                };
+                let clear = match SIGN {
+                    1 => smaller(place.z, z) > high,
+                    -1 => larger(place.z, z) < low,
+                    _ => false,
+                };
+                if !clear {
+                    if level > 0 {
+                        break;
+                    }
+                    if !self.cell(place, leave, leave_u, leave_v) {
+                        return Outcome::Stopped;
+                    }
+                }
+                if leave >= far {
+                    return Outcome::Ended;
+                }
+                (place.t, place.z) = (leave, z);
+                let crossed;
+                if leave_u <= leave_v {
+                    let next = u.next(place.column);
+                    crossed = (next ^ place.column) >> up;
+                    place.column = next;
+                    line_u += step_u;
+                    leave_u = u.line(line_u);
+                } else {
+                    let next = v.next(place.row);
+                    crossed = (next ^ place.row) >> up;
+                    place.row = next;
+                    line_v += step_v;
+                    leave_v = v.line(line_v);
+                }
+                if crossed != 0 && level < self.top {
+                    place.level += 1;
+                    place.column >>= up;
+                    place.row >>= up;
+                    if self.sign != SIGN {
+                        return Outcome::Turned;
+                    }
+                    break;
+                }
+                if self.sign != SIGN {
+                    return Outcome::Turned;
+                }
+            }
+            if place.level == level {
+                // Look closer.
+                place.level -= 1;
+                let bits = shift(level) - shift(level - 1);
+                place.column = u.child(place.column, bits, level - 1, place.t);
+                place.row = v.child(place.row, bits, level - 1, place.t);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn cell_range(&self, column: usize, row: usize) -> [f64; 2] {
+        let width = self.u.cells as usize + 1;
+        let at = row * width + column;
+        let (north, south) = (&self.samples[at..at + 2], &self.samples[at + width..at + width + 2]);
+        let low = smaller(smaller(north[0], north[1]), smaller(south[0], south[1]));
+        let high = larger(larger(north[0], north[1]), larger(south[0], south[1]));
+        [low.into(), high.into()]
+    }
+
+    /// Height of the surface on the line through column `column`, between two rows.
+    #[inline(always)]
+    fn on_column(&self, column: usize, row: usize, t: f64) -> f64 {
+        let s = self.v.fraction(row, t);
+        T::between(self.sample(column, row), self.sample(column, row + 1), s)
+    }
+
+    /// Height of the surface on the line through row `row`, between two columns.
+    #[inline(always)]
+    fn on_row(&self, column: usize, row: usize, t: f64) -> f64 {
+        let s = self.u.fraction(column, t);
+        T::between(self.sample(column, row), self.sample(column + 1, row), s)
+    }
+
+    /// Looks at one cell, from where the ray enters it. `false` when nothing more is wanted.
+    fn cell(&mut self, place: &Place, leave: f64, leave_u: f64, leave_v: f64) -> bool {
+        let &Place { column, row, .. } = place;
+        let (u, v) = (self.u, self.v);
+        // Heights where the ray enters and leaves: on the line that it crosses there, the row's last if both at once, as
+        // in stepping; inside the cell where the ray starts or ends.
+        let (behind_u, ahead_u) = if u.forward { (column, column + 1) } else { (column + 1, column) };
+        let (behind_v, ahead_v) = if v.forward { (row, row + 1) } else { (row + 1, row) };
+        let (enter_u, enter_v) = (u.line(number(behind_u)), v.line(number(behind_v)));
+        // Not where the walk began: that depends on heights elsewhere.
+        let enter = larger(larger(enter_u, enter_v), self.near);
+        let h0 = if enter == enter_v {
+            self.on_row(column, behind_v, enter)
+        } else if enter == enter_u {
+            self.on_column(behind_u, row, enter)
+        } else {
+            self.inside(column, row, enter).0
+        };
+        let h1 = if leave == leave_u {
+            self.on_column(ahead_u, row, leave)
+        } else if leave == leave_v {
+            self.on_row(column, ahead_v, leave)
+        } else {
+            self.inside(column, row, leave).0
+        };
+        let (f0, f1) = (self.height_along(enter) - h0, self.height_along(leave) - h1);
+        // u − v = column − row is the diagonal, north-east of it is the upper triangle.
+        let (from, slope, inverse) = self.across;
+        let diagonal = number(column) - number(row);
+        if slope == 0.0 {
+            let upper = from >= diagonal;
+            return self.pass(enter, f0, None, [column, row], upper)
+                && self.pass(leave, f1, Some((enter, f0)), [column, row], upper);
+        }
+        let middle = (diagonal - from) * inverse;
+        let after = slope > 0.0;
+        if !(middle > enter && middle < leave) {
+            let upper = if middle <= enter { after } else { !after };
+            return self.pass(enter, f0, None, [column, row], upper)
+                && self.pass(leave, f1, Some((enter, f0)), [column, row], upper);
+        }
+        let s = u.fraction(column, middle);
+        let fm = self.height_along(middle) - T::between(self.sample(column, row), self.sample(column + 1, row + 1), s);
+        self.pass(enter, f0, None, [column, row], !after)
+            && self.pass(middle, fm, Some((enter, f0)), [column, row], !after)
+            && self.pass(leave, f1, Some((middle, fm)), [column, row], after)
+    }
+
+    /// Height of the surface inside a cell, and in which triangle.
+    fn inside(&self, column: usize, row: usize, t: f64) -> (f64, bool) {
+        let s = self.u.fraction(column, t);
+        let r = self.v.fraction(row, t);
+        let [a, b, c, d] = self.corners(column, row);
+        if s >= r { (a + s * (b - a) + r * (d - b), true) } else { (a + r * (c - a) + s * (d - c), false) }
+    }
+
+    /// Samples north-west, north-east, south-west, south-east.
+    fn corners(&self, column: usize, row: usize) -> [f64; 4] {
+        let at = |i, j| self.sample(column + i, row + j).into();
+        [at(0, 0), at(1, 0), at(0, 1), at(1, 1)]
+    }
+
+    /// Follows f to its value at `t` over one triangle, from the value before on the same triangle.
+    #[inline(always)]
+    fn pass(&mut self, t: f64, f: f64, before: Option<(f64, f64)>, [column, row]: [usize; 2], upper: bool) -> bool {
+        if f == 0.0 {
+            // On the surface: a crossing only if the sign is another afterwards.
+            self.zero_since.get_or_insert(Contact { t, column, row, upper });
+            return true;
+        }
+        let sign = if f > 0.0 { 1 } else { -1 };
+        let zero = self.zero_since.take();
+        if sign == self.sign {
+            return true;
+        }
+        // Where nothing was known before, being on the surface counts: the ray starts there.
+        let known = self.sign != 0 || zero.is_some();
+        self.sign = sign;
+        if !known {
+            return true;
+        }
+        let contact = zero.unwrap_or_else(|| {
+            let at = match before {
+                Some((t0, f0)) => (t0 + (t - t0) * (f0 / (f0 - f))).clamp(t0, t),
+                // The neighbour has rounded to the other side.
+                None => t,
+            };
+            Contact { t: at, column, row, upper }
+        });
+        self.report(contact, sign < 0)
+    }
+
+    /// A vertical ray meets the surface once.
+    fn vertical(&mut self) {
+        // The lines are measured from the middle of the cell.
+        let (column, row) = (self.u.from as usize, self.v.from as usize);
+        let (height, upper) = self.inside(column, row, 0.0);
+        let t = (height - self.z.0) / self.z.1;
+        if t >= self.near && t <= self.far {
+            self.report(Contact { t, column, row, upper }, self.z.1 < 0.0);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn report(&mut self, contact: Contact, entering: bool) -> bool {
+        const EPSILON: f64 = f64::EPSILON / 2.0;
+        let Contact { t, column, row, upper } = contact;
+        let [a, b, c, d] = self.corners(column, row);
+        // Rounding may put the point a little beside its triangle.
+        let s = self.u.fraction(column, t);
+        let r = self.v.fraction(row, t);
+        let (gradient, barycentric, height) = if upper {
+            let r = r.min(s);
+            ([b - a, d - b], [1.0 - s, s - r, r], a + s * (b - a) + r * (d - b))
+        } else {
+            let s = s.min(r);
+            ([d - c, c - a], [1.0 - r, r - s, s], a + r * (c - a) + s * (d - c))
+        };
+        let steepest = [(b - a).abs().max((d - c).abs()), (c - a).abs().max((d - b).abs())];
+        let sum = self.z.0.abs()
+            + (self.z.1 * t).abs()
+            + height.abs()
+            + steepest[0] * (self.u.origin.abs() + (self.u.direction * t).abs() + 1.0)
+            + steepest[1] * (self.v.origin.abs() + (self.v.direction * t).abs() + 1.0);
+        (self.found)(ExactHit {
+            t: t * self.unit,
+            point: DVec3::new(number(column) + s, number(row) + r, height),
+            cell: [column as u32, row as u32],
+            upper,
+            gradient,
+            barycentric,
+            entering,
+            error: 16.0 * EPSILON * sum,
+        })
+    }
+}
