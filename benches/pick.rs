@@ -234,7 +234,8 @@ fn picks(c: &mut Criterion) {
     // Building on one thread, as the rays are.
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("nobody has started the pool");
     let wanted = std::env::var("SEAMOUNT_BENCH_MAPS").unwrap_or_default();
-    let maps: [(&str, fn() -> Map); 2] = [("1201", Map::andes), ("4097", Map::generated)];
+    type MakeMap = fn() -> Map;
+    let maps: [(&str, MakeMap); 2] = [("1201", Map::andes), ("4097", Map::generated)];
     for (size, make) in maps {
         if wanted.is_empty() || wanted == size {
             measure(c, &make());

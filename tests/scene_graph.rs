@@ -4,7 +4,7 @@
 mod common;
 
 use common::Rng;
-use seamount::action::{ShapeContext, State};
+use seamount::action::{ShapeContext, State, Surface};
 use seamount::node::ShapeNode;
 use seamount::prelude::*;
 
@@ -191,7 +191,7 @@ fn picks_under_transforms_agree_with_brute_force() {
             &mut state,
             &seamount::action::PropertyContext { scene: &scene, key: texture },
         );
-        let cx = ShapeContext { scene: &scene, state: &state, path: &path, viewpoint: None };
+        let cx = ShapeContext { scene: &scene, state: &state, path: &path, viewpoint: None, surface: Surface::Coarse };
         let mut triangles = Vec::new();
         let cube = Cube { width: 4.0, ..Cube::default() };
         scene.get::<SeamlessTerrain>(key).unwrap().primitives(&cx, &mut |t| triangles.push(t)).unwrap();
@@ -239,4 +239,52 @@ fn plain_triangle(ray: &Ray, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     let q = s.cross(e1);
     let (u, v, t) = (s.dot(p) / det, ray.direction.dot(q) / det, e2.dot(q) / det);
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= ray.near && t <= ray.far).then_some(t)
+}
+
+/// `Exact` meets every cell of the map, with a bound that is rounding; `pick_many` gives the answers of one by one.
+#[test]
+fn exact_picks_lie_on_the_full_resolution_surface_and_within_the_coarse_bound() {
+    let land = seamount::terrain::generate(129, 3).unwrap();
+    let samples = (0..129 * 129).map(|i| land.raw(i % 129, i / 129) as u16).collect();
+    let mut scene = Scene::new();
+    let root = scene.root();
+    let turn = AxisAngle::new(DVec3::new(1.0, 2.0, 9.0), 0.4);
+    let transform = Transform { rotation: turn, scale_factor: DVec3::new(1.0, -2.0, 1.5), ..Transform::default() };
+    scene.add(root, transform.clone()).unwrap();
+    scene.add(root, Texture2::from_image(Image::new(129, 129, Pixels::Gray16(samples)).unwrap())).unwrap();
+    let node = SeamlessTerrain { scale: 128.0, max_height: 30.0, resolutions: (4, 2), ..SeamlessTerrain::default() };
+    scene.add(root, node.clone()).unwrap();
+    let frame = node.frame(&land);
+
+    let mut rng = Rng(4);
+    let rays: Vec<Ray> = (0..2000)
+        .map(|_| {
+            let target = DVec3::new(rng.range(5.0, 123.0), rng.range(5.0, 123.0), 10.0);
+            let from = target + DVec3::new(rng.range(-20.0, 20.0), rng.range(-20.0, 20.0), 60.0);
+            let [a, b] = [from, target].map(|p| transform.affine().transform_point3(p));
+            Ray::new(a, b - a).unwrap()
+        })
+        .collect();
+    let with = |surface| RayPickAction { surface, ..RayPickAction::ray(rays[0]) };
+    let exact = with(Surface::Exact).picker(&scene).unwrap();
+    let coarse = with(Surface::Coarse).picker(&scene).unwrap();
+    let many = exact.pick_many(&rays, false).unwrap();
+    for (ray, many) in rays.iter().zip(&many) {
+        let hits = exact.pick(ray, false).unwrap();
+        assert_eq!(&hits, many);
+        let hit = &hits[0];
+        assert_eq!(hit.surface, Surface::Exact);
+        let lattice = frame.lattice(hit.object_point);
+        let ground = frame.local(DVec3::new(lattice.x, lattice.y, land.surface(lattice.x, lattice.y).unwrap()));
+        assert!((ground.z - hit.object_point.z).abs() < 1e-9);
+        assert!(hit.error_bound.unwrap() < 1e-9, "{hit:?}");
+        assert!((ray.at(hit.distance) - hit.point).length() < 1e-9);
+        // The coarse surface above or below the exact point is within the coarse hit's bound of it where they share a patch.
+        for hit in coarse.pick(ray, true).unwrap() {
+            let lattice = frame.lattice(hit.object_point);
+            let ground = frame.base + land.surface(lattice.x, lattice.y).unwrap() * frame.z_step;
+            let scale = transform.affine().matrix3.z_axis.length();
+            assert!((ground - hit.object_point.z).abs() * scale <= hit.error_bound.unwrap() + 1e-9, "{hit:?}");
+        }
+    }
 }

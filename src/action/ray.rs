@@ -131,5 +131,12 @@ pub fn intersect_triangle(ray: &Ray, triangle: &Triangle) -> Option<ShapeHit> {
     }
     let mix3 = |a: [DVec3; 3]| a[0] * u + a[1] * v + a[2] * w;
     let uv: DVec2 = triangle.uvs[0] * u + triangle.uvs[1] * v + triangle.uvs[2] * w;
-    Some(ShapeHit { t, point: mix3(triangle.points), normal: mix3(triangle.normals), uv, detail: HitDetail::None })
+    Some(ShapeHit {
+        t,
+        point: mix3(triangle.points),
+        normal: mix3(triangle.normals),
+        smooth_normal: mix3(triangle.normals),
+        uv,
+        detail: HitDetail::None,
+    })
 }

@@ -23,12 +23,13 @@ pub enum PickTarget {
     Ray(Ray),
 }
 
-/// Which surface of a shape was hit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// Which surface of a shape is met. Only terrains have more than one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Surface {
-    /// Four coarse triangles per active patch of a terrain.
+    /// Four coarse triangles per active patch of a terrain, each hit with the bound of its error.
+    #[default]
     Coarse,
-    /// The shape itself.
+    /// The shape itself: of a terrain every cell of the full-resolution map.
     Exact,
 }
 
@@ -56,6 +57,9 @@ pub struct PickedPoint {
     pub object_point: DVec3,
     /// Unit normal in the shape's local coordinates.
     pub object_normal: DVec3,
+    /// Unit normal in world coordinates as shading uses it: of a terrain, blended between the slopes at the corners of the
+    /// cell; else `normal`.
+    pub smooth_normal: DVec3,
     /// Texture coordinate; (0, 0) is the south-west corner of a terrain.
     pub uv: DVec2,
     /// The way to the shape.
@@ -71,8 +75,9 @@ pub struct PickedPoint {
 
 /// Finds where a ray meets the shapes of a scene.
 ///
-/// A terrain is met on the four coarse triangles of each of its active patches, those of the picture that the camera
-/// takes; without a camera, of its finest patches. What is outside the picture is picked as well. No GPU is used.
+/// A terrain is met on the surface that is asked for: by default the four coarse triangles of each of its active patches,
+/// those of the picture that the camera takes (without a camera, of its finest patches), or exactly on every cell of its
+/// map. What is outside the picture is picked as well. No GPU is used.
 ///
 /// # Example
 ///
@@ -92,6 +97,8 @@ pub struct PickedPoint {
 pub struct RayPickAction {
     /// What to pick along.
     pub target: PickTarget,
+    /// Which surface of terrains is met.
+    pub surface: Surface,
     /// All crossings in order of distance, instead of the first.
     pub all: bool,
     /// Width and height of the picture that pixels refer to and detail is chosen for.
@@ -104,14 +111,14 @@ impl RayPickAction {
     /// The first hit along a ray in world coordinates.
     #[must_use]
     pub fn ray(ray: Ray) -> Self {
-        Self { target: PickTarget::Ray(ray), all: false, size: [1280, 720], camera: None }
+        Self { target: PickTarget::Ray(ray), surface: Surface::default(), all: false, size: [1280, 720], camera: None }
     }
 
     /// The first hit through the centre of a pixel of a picture of this size.
     #[must_use]
     pub fn pixel(x: u32, y: u32, size: [u32; 2]) -> Self {
         let target = PickTarget::Pixel(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        Self { target, all: false, size, camera: None }
+        Self { target, surface: Surface::default(), all: false, size, camera: None }
     }
 
     /// What the ray meets, nearest first; empty if nothing.
@@ -144,7 +151,7 @@ impl RayPickAction {
             Err(ActionError::NoCamera) => (None, (None, None)),
             Err(error) => return Err(error),
         };
-        Ok(Picker { scene, viewpoint, limits })
+        Ok(Picker { scene, surface: self.surface, viewpoint, limits })
     }
 }
 
@@ -152,6 +159,7 @@ impl RayPickAction {
 #[derive(Debug)]
 pub struct Picker<'s> {
     scene: &'s Scene,
+    surface: Surface,
     viewpoint: Option<Viewpoint>,
     /// Near and far as the camera's node gives them.
     limits: (Option<f64>, Option<f64>),
@@ -184,6 +192,17 @@ impl Picker<'_> {
         Ok(ray.with_range(near, far)?)
     }
 
+    /// [`Picker::pick`] along many rays, on all cores: the same answers in the same order.
+    ///
+    /// # Errors
+    ///
+    /// The first error, if a shape can not be had.
+    pub fn pick_many(&self, rays: &[Ray], all: bool) -> Result<Vec<Vec<PickedPoint>>, ActionError> {
+        use rayon::prelude::*;
+        // A pick takes about a microsecond; smaller pieces of work would cost more to hand out.
+        rays.par_iter().with_min_len(64).map(|ray| self.pick(ray, all)).collect()
+    }
+
     /// What the ray meets, nearest first: the first, or all.
     ///
     /// # Errors
@@ -211,7 +230,13 @@ struct Pick<'p, 's> {
 
 impl Visitor for Pick<'_, '_> {
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
-        let cx = ShapeContext { scene: self.picker.scene, state, path, viewpoint: self.picker.viewpoint.as_ref() };
+        let cx = ShapeContext {
+            scene: self.picker.scene,
+            state,
+            path,
+            viewpoint: self.picker.viewpoint.as_ref(),
+            surface: self.picker.surface,
+        };
         // A shape flattened by its transform has no inside to meet.
         let det = state.model.matrix3.determinant();
         let inverse = state.model.matrix3.inverse();
@@ -241,7 +266,7 @@ impl Visitor for Pick<'_, '_> {
 fn picked(hit: &ShapeHit, model: &DAffine3, path: &Path) -> PickedPoint {
     let normals = super::state::normal_matrix(&model.matrix3);
     let (surface, error_bound) = match hit.detail {
-        HitDetail::Terrain(detail) => (Surface::Coarse, Some(detail.error * model.matrix3.z_axis.length())),
+        HitDetail::Terrain(detail) => (detail.surface, Some(detail.error * model.matrix3.z_axis.length())),
         _ => (Surface::Exact, Some(0.0)),
     };
     PickedPoint {
@@ -250,6 +275,7 @@ fn picked(hit: &ShapeHit, model: &DAffine3, path: &Path) -> PickedPoint {
         normal: unit(normals * hit.normal).unwrap_or(DVec3::Z),
         object_point: hit.point,
         object_normal: unit(hit.normal).unwrap_or(DVec3::Z),
+        smooth_normal: unit(normals * hit.smooth_normal).unwrap_or(DVec3::Z),
         uv: hit.uv,
         path: path.clone(),
         surface,

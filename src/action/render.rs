@@ -12,7 +12,7 @@ use super::state::{cofactors, compose};
 use super::walk::{Visitor, walk};
 use super::{
     ActionError, BoundingBoxAction, DebugColor, Lens, PlacedCamera, PlacedLight, ShapeContext, ShapeError, State,
-    Viewpoint,
+    Surface, Viewpoint,
 };
 use crate::node::{Color, ShapeNode, Triangle};
 use crate::scene::{Path, Scene};
@@ -165,7 +165,13 @@ impl Visitor for Render<'_> {
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
         // A camera acts on what follows it.
         if state.camera.is_some() {
-            let shape_cx = ShapeContext { scene: self.scene, state, path, viewpoint: Some(&self.view) };
+            let shape_cx = ShapeContext {
+                scene: self.scene,
+                state,
+                path,
+                viewpoint: Some(&self.view),
+                surface: Surface::default(),
+            };
             let mut cx = DrawContext {
                 shape: shape_cx,
                 view: &self.view,

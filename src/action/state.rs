@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use super::{ActionError, PlacedCamera, ShapeError, Viewpoint};
+use super::{ActionError, PlacedCamera, ShapeError, Surface, Viewpoint};
 use crate::node::{Complexity, Material};
 use crate::scene::{Image, NodeKey, Path, Scene};
 
@@ -175,6 +175,8 @@ pub struct ShapeContext<'a> {
     pub path: &'a Path,
     /// The camera that detail is chosen for; without one it is the finest.
     pub viewpoint: Option<&'a Viewpoint>,
+    /// Which surface of a terrain a ray is to meet; other questions do not look at it.
+    pub surface: Surface,
 }
 
 impl ShapeContext<'_> {

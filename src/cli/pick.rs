@@ -2,18 +2,17 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::path::PathBuf;
 
 use rayon::prelude::*;
-use seamount::action::Picker;
+use seamount::action::{Picker, Surface};
 use seamount::node::HitDetail;
 use seamount::prelude::*;
-use seamount::terrain::Side;
 use serde::Serialize;
 
 use super::{Failure, Outcome, Output, SceneArg, in_file, load, size};
 
 /// Find where a ray meets the scene.
 ///
-/// Terrains are met on the four coarse triangles of each patch of the picture that the camera takes; without a camera, of
-/// their finest patches. No graphics hardware is used.
+/// Terrains are met on the four coarse triangles of each patch of the picture that the camera takes (without a camera, of
+/// their finest patches), or exactly on every cell of the map. No graphics hardware is used.
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("target").required(true))]
 pub(super) struct Args {
@@ -37,12 +36,34 @@ pub(super) struct Args {
     /// Name of the camera; the first one if not given
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
+    /// Which surface of terrains is met
+    #[arg(long, value_enum, default_value_t)]
+    surface: SurfaceArg,
     /// All crossings in order of distance, instead of the first
     #[arg(long)]
     all: bool,
     /// Print an object with `hits`
     #[arg(long)]
     json: bool,
+}
+
+/// The surfaces by name.
+#[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
+enum SurfaceArg {
+    /// Four coarse triangles per patch, with the bound of their error
+    #[default]
+    Coarse,
+    /// Every cell of the full-resolution map
+    Exact,
+}
+
+impl From<SurfaceArg> for Surface {
+    fn from(arg: SurfaceArg) -> Self {
+        match arg {
+            SurfaceArg::Coarse => Surface::Coarse,
+            SurfaceArg::Exact => Surface::Exact,
+        }
+    }
 }
 
 fn numbers<T: std::str::FromStr, const N: usize>(text: &str, what: &str) -> Result<[T; N], String> {
@@ -79,8 +100,11 @@ pub(super) fn run(args: &Args) -> Outcome {
     }
     let scene = load(&args.scene.scene)?;
     let failed = in_file(&args.scene.scene);
-    let action =
-        RayPickAction { size: args.size, camera: args.camera.clone(), ..RayPickAction::pixel(0, 0, args.size) };
+    let action = RayPickAction {
+        surface: args.surface.into(),
+        camera: args.camera.clone(),
+        ..RayPickAction::pixel(0, 0, args.size)
+    };
     let picker = action.picker(&scene).map_err(&failed)?;
     if let Some(path) = &args.rays {
         return stream(args, path, &scene, &picker, &failed);
@@ -230,6 +254,7 @@ struct Terrain {
     patch: Place,
     cell: Place,
     triangle: &'static str,
+    barycentric: [f64; 3],
     wall: bool,
     void: bool,
     height: f64,
@@ -250,12 +275,8 @@ impl Hit {
                 level: detail.patch.level,
                 patch: Place { column: detail.patch.column, row: detail.patch.row },
                 cell: Place { column: detail.cell[0], row: detail.cell[1] },
-                triangle: match detail.triangle {
-                    Side::North => "north",
-                    Side::East => "east",
-                    Side::South => "south",
-                    Side::West => "west",
-                },
+                triangle: detail.triangle.name(),
+                barycentric: detail.barycentric,
                 wall: detail.wall,
                 void: detail.void,
                 height: detail.height,

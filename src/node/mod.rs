@@ -47,7 +47,7 @@ pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderValue, Ve
 pub use texture::{ImageRef, Texture2, TextureUnit, Wrap};
 pub use transform::Transform;
 
-use crate::action::{Aabb, DrawContext, PropertyContext, Ray, ShapeContext, ShapeError, State};
+use crate::action::{Aabb, DrawContext, PropertyContext, Ray, ShapeContext, ShapeError, State, Surface};
 use crate::terrain::{PatchId, Side};
 
 /// A node of a scene graph. Implemented by [`define_node!`](crate::define_node).
@@ -210,6 +210,8 @@ pub struct ShapeHit {
     pub point: DVec3,
     /// Normal of the surface in local coordinates, any length, towards its outer side.
     pub normal: DVec3,
+    /// The normal that shading uses, any length.
+    pub smooth_normal: DVec3,
     /// Texture coordinate.
     pub uv: DVec2,
     /// What only this kind of shape can say.
@@ -231,13 +233,44 @@ pub enum HitDetail {
     Terrain(TerrainDetail),
 }
 
+/// Which triangle of a terrain was hit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TerrainTriangle {
+    /// The coarse triangle of a patch at this side.
+    Side(Side),
+    /// The north-east half of a cell.
+    Upper,
+    /// The south-west half of a cell.
+    Lower,
+}
+
+impl TerrainTriangle {
+    /// The name, as the command prints it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            TerrainTriangle::Side(Side::North) => "north",
+            TerrainTriangle::Side(Side::East) => "east",
+            TerrainTriangle::Side(Side::South) => "south",
+            TerrainTriangle::Side(Side::West) => "west",
+            TerrainTriangle::Upper => "upper",
+            TerrainTriangle::Lower => "lower",
+        }
+    }
+}
+
 /// What a hit on a terrain says beyond point and normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TerrainDetail {
-    /// The active patch that was hit.
+    /// Which surface was hit.
+    pub surface: Surface,
+    /// The patch that was hit: an active one, or for exact picks the leaf of the tree in which the cell lies.
     pub patch: PatchId,
-    /// Which of its four coarse triangles: the one at this side.
-    pub triangle: Side,
+    /// Which triangle.
+    pub triangle: TerrainTriangle,
+    /// Weights of the triangle's corners at the point. Coarse: west to east along its side as seen from the centre
+    /// (clockwise), then the centre. Exact: north-west, the third, south-east corner of the cell.
+    pub barycentric: [f64; 3],
     /// Whether a vertical wall was hit, which closes the gap between patches of different size.
     pub wall: bool,
     /// Column and row of the map's cell below or above the point.
@@ -252,6 +285,25 @@ pub struct TerrainDetail {
     pub error: f64,
     /// Whether the ray goes into the ground here; otherwise it comes out.
     pub entering: bool,
+}
+
+impl Default for TerrainDetail {
+    /// The north-west corner of the first cell.
+    fn default() -> Self {
+        Self {
+            surface: Surface::Exact,
+            patch: PatchId { level: 0, column: 0, row: 0 },
+            triangle: TerrainTriangle::Upper,
+            barycentric: [1.0, 0.0, 0.0],
+            wall: false,
+            cell: [0, 0],
+            void: false,
+            height: 0.0,
+            slope: 0.0,
+            error: 0.0,
+            entering: true,
+        }
+    }
 }
 
 /// A node that has a place in space.

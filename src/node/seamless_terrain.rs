@@ -4,15 +4,17 @@ use glam::{DAffine3, DVec2, DVec3, DVec4};
 use serde::{Deserialize, Serialize};
 
 use super::field::enum_field;
-use super::{FieldProblem, FieldValue, HitDetail, ShapeHit, ShapeNode, TerrainDetail, TextureFilter, Triangle};
+use super::{
+    FieldProblem, FieldValue, HitDetail, ShapeHit, ShapeNode, TerrainDetail, TerrainTriangle, TextureFilter, Triangle,
+};
 use crate::action::{
     Aabb, ColorMap, DebugColor, DrawContext, DrawOptions, Geometry, GeometryKind, Lens, Ray, ShapeContext, ShapeError,
-    TerrainDraw, Viewpoint,
+    Surface, TerrainDraw, Viewpoint,
 };
 use crate::terrain::pick::{CoarseSurface, Fan, LatticeRay, TerrainHit};
 use crate::terrain::{
-    Detail, HeightField, Instances, LatticeFrame, LatticeView, LodEye, PatchTree, PixelProjection, Resolutions,
-    Samples, Side, Terrain,
+    Detail, ExactHit, ExactSurface, HeightField, Instances, LatticeFrame, LatticeView, LodEye, PatchTree,
+    PixelProjection, Resolutions, Samples, Side, Terrain,
 };
 
 /// How a terrain is coloured.
@@ -276,43 +278,90 @@ impl Placed {
         DVec3::new(-gu * s / dx, gv * s / dy, 1.0)
     }
 
-    fn hit(&self, hit: &TerrainHit) -> ShapeHit {
-        let point = self.frame.local(hit.point);
-        let surface_normal = self.surface_normal(hit.gradient);
-        let normal = match hit.wall {
-            None => surface_normal,
-            Some(Side::North) => DVec3::Y,
-            Some(Side::East) => DVec3::X,
-            Some(Side::South) => DVec3::NEG_Y,
-            Some(Side::West) => DVec3::NEG_X,
-        };
-        let slope = match hit.wall {
-            Some(_) => std::f64::consts::FRAC_PI_2,
-            None => surface_normal.truncate().length().atan(),
-        };
-        let cells = self.frame.cells;
-        let cell = [(hit.point.x.max(0.0) as u32).min(cells[0] - 1), (hit.point.y.max(0.0) as u32).min(cells[1] - 1)];
+    /// The normal for shading: the slopes at the corners of the cell, blended.
+    fn smooth_normal(&self, cell: [u32; 2], point: DVec3) -> DVec3 {
         let field = self.terrain.field();
-        let void =
-            [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().any(|(du, dv)| field.is_void(cell[0] + du, cell[1] + dv));
-        let [cu, cv] = cells.map(f64::from);
+        let (fu, fv) = (point.x - f64::from(cell[0]), point.y - f64::from(cell[1]));
+        let mut gradient = [0.0; 2];
+        for (du, dv, weight) in
+            [(0, 0, (1.0 - fu) * (1.0 - fv)), (1, 0, fu * (1.0 - fv)), (0, 1, (1.0 - fu) * fv), (1, 1, fu * fv)]
+        {
+            let corner = field.gradient(cell[0] + du, cell[1] + dv);
+            gradient = [gradient[0] + weight * corner[0], gradient[1] + weight * corner[1]];
+        }
+        self.surface_normal(gradient)
+    }
+
+    /// A hit in the node's terms.
+    fn hit(&self, t: f64, lattice: DVec3, gradient: [f64; 2], wall: Option<Side>, detail: TerrainDetail) -> ShapeHit {
+        let point = self.frame.local(lattice);
+        let surface_normal = self.surface_normal(gradient);
+        let (normal, slope) = match wall {
+            None => (surface_normal, surface_normal.truncate().length().atan()),
+            Some(side) => {
+                let outward = match side {
+                    Side::North => DVec3::Y,
+                    Side::East => DVec3::X,
+                    Side::South => DVec3::NEG_Y,
+                    Side::West => DVec3::NEG_X,
+                };
+                (outward, std::f64::consts::FRAC_PI_2)
+            }
+        };
+        let field = self.terrain.field();
+        let [c, r] = detail.cell;
+        let void = [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().any(|(du, dv)| field.is_void(c + du, r + dv));
+        let [cu, cv] = self.frame.cells.map(f64::from);
         ShapeHit {
-            t: hit.t,
+            t,
             point,
             normal,
-            uv: DVec2::new(hit.point.x / cu, 1.0 - hit.point.y / cv),
+            smooth_normal: self.smooth_normal(detail.cell, lattice),
+            uv: DVec2::new(lattice.x / cu, 1.0 - lattice.y / cv),
             detail: HitDetail::Terrain(TerrainDetail {
-                patch: hit.patch,
-                triangle: hit.triangle,
-                wall: hit.wall.is_some(),
-                cell,
+                wall: wall.is_some(),
                 void,
                 height: point.z,
                 slope,
-                error: hit.error * self.frame.z_step.abs(),
-                entering: hit.entering != (self.frame.z_step < 0.0),
+                error: detail.error * self.frame.z_step.abs(),
+                entering: detail.entering != (self.frame.z_step < 0.0),
+                ..detail
             }),
         }
+    }
+
+    fn cell(&self, u: f64, v: f64) -> [u32; 2] {
+        let [cu, cv] = self.frame.cells;
+        [(u.max(0.0) as u32).min(cu - 1), (v.max(0.0) as u32).min(cv - 1)]
+    }
+
+    fn coarse_hit(&self, hit: &TerrainHit) -> ShapeHit {
+        let fan = Fan::new(self.terrain.field(), self.tree.hierarchy(), hit.patch);
+        let detail = TerrainDetail {
+            surface: Surface::Coarse,
+            patch: hit.patch,
+            triangle: TerrainTriangle::Side(hit.triangle),
+            barycentric: fan.barycentric(hit.triangle, hit.point.x, hit.point.y),
+            cell: self.cell(hit.point.x, hit.point.y),
+            error: hit.error,
+            entering: hit.entering,
+            ..TerrainDetail::default()
+        };
+        self.hit(hit.t, hit.point, hit.gradient, hit.wall, detail)
+    }
+
+    fn exact_hit(&self, hit: &ExactHit) -> ShapeHit {
+        let detail = TerrainDetail {
+            surface: Surface::Exact,
+            patch: self.tree.hierarchy().leaf_at(hit.cell[0], hit.cell[1]),
+            triangle: if hit.upper { TerrainTriangle::Upper } else { TerrainTriangle::Lower },
+            barycentric: hit.barycentric,
+            cell: hit.cell,
+            error: hit.error,
+            entering: hit.entering,
+            ..TerrainDetail::default()
+        };
+        self.hit(hit.t, hit.point, hit.gradient, None, detail)
     }
 }
 
@@ -354,19 +403,10 @@ impl ShapeNode for SeamlessTerrain {
 
     fn ray(&self, cx: &ShapeContext<'_>, ray: &Ray, first: bool, hits: &mut Vec<ShapeHit>) -> Result<(), ShapeError> {
         let placed = self.placed(cx)?;
-        let field = placed.terrain.field();
-        let selection = placed.tree.select(&placed.terrain, &self.detail(cx, &placed));
-        let surface = CoarseSurface {
-            field,
-            pyramid: placed.terrain.pyramid(),
-            tree: placed.tree.hierarchy(),
-            selection: &selection,
-            errors: placed.tree.fan_errors(field),
-        };
         let [dx, dy] = placed.frame.cell_size;
         let s = placed.frame.z_step;
         if s == 0.0 {
-            flat(&placed, ray, hits);
+            flat(&placed, cx.surface, ray, hits);
             return Ok(());
         }
         let d = ray.direction;
@@ -376,10 +416,28 @@ impl ShapeNode for SeamlessTerrain {
             near: ray.near,
             far: ray.far,
         };
-        surface.intersect(&lattice, &mut |hit| {
-            hits.push(placed.hit(&hit));
-            !first
-        });
+        let field = placed.terrain.field();
+        let pyramid = placed.terrain.pyramid();
+        match cx.surface {
+            Surface::Coarse => {
+                let selection = placed.tree.select(&placed.terrain, &self.detail(cx, &placed));
+                let surface = CoarseSurface {
+                    field,
+                    pyramid,
+                    tree: placed.tree.hierarchy(),
+                    selection: &selection,
+                    errors: placed.tree.fan_errors(field),
+                };
+                surface.intersect(&lattice, &mut |hit| {
+                    hits.push(placed.coarse_hit(&hit));
+                    !first
+                });
+            }
+            Surface::Exact => ExactSurface { field, pyramid }.intersect(&lattice, |hit| {
+                hits.push(placed.exact_hit(&hit));
+                !first
+            }),
+        }
         Ok(())
     }
 
@@ -451,8 +509,8 @@ impl ShapeNode for SeamlessTerrain {
     }
 }
 
-/// A terrain of no height is a rectangle.
-fn flat(placed: &Placed, ray: &Ray, hits: &mut Vec<ShapeHit>) {
+/// A terrain of no height is a rectangle, on both surfaces.
+fn flat(placed: &Placed, surface: Surface, ray: &Ray, hits: &mut Vec<ShapeHit>) {
     let t = (placed.frame.base - ray.origin.z) / ray.direction.z;
     if !(t >= ray.near && t <= ray.far) {
         return;
@@ -460,19 +518,18 @@ fn flat(placed: &Placed, ray: &Ray, hits: &mut Vec<ShapeHit>) {
     let point = placed.frame.lattice(ray.at(t));
     let cells = placed.frame.cells.map(f64::from);
     let inside = |x: f64, last: f64| (0.0..=last).contains(&x);
-    if inside(point.x, cells[0]) && inside(point.y, cells[1]) {
-        let tree = placed.tree.hierarchy();
-        let patch = tree
-            .leaf_at((point.x as u32).min(placed.frame.cells[0] - 1), (point.y as u32).min(placed.frame.cells[1] - 1));
-        hits.push(placed.hit(&TerrainHit {
-            t,
-            point,
-            gradient: [0.0, 0.0],
-            wall: None,
-            patch,
-            triangle: Fan::new(placed.terrain.field(), tree, patch).side_at(point.x, point.y),
-            error: 0.0,
-            entering: ray.direction.z < 0.0,
-        }));
+    if !inside(point.x, cells[0]) || !inside(point.y, cells[1]) {
+        return;
     }
+    let cell = placed.cell(point.x, point.y);
+    let (fu, fv) = (point.x - f64::from(cell[0]), point.y - f64::from(cell[1]));
+    let (triangle, barycentric) = if fu >= fv {
+        (TerrainTriangle::Upper, [1.0 - fu, fu - fv, fv])
+    } else {
+        (TerrainTriangle::Lower, [1.0 - fv, fv - fu, fu])
+    };
+    let patch = placed.tree.hierarchy().leaf_at(cell[0], cell[1]);
+    let entering = ray.direction.z < 0.0;
+    let detail = TerrainDetail { surface, patch, triangle, barycentric, cell, entering, ..TerrainDetail::default() };
+    hits.push(placed.hit(t, point, [0.0, 0.0], None, detail));
 }

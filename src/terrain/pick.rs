@@ -93,21 +93,32 @@ impl Fan {
     /// The triangle that a point of the patch lies in. On a border any of the triangles there, never one without area.
     #[must_use]
     pub fn side_at(&self, u: f64, v: f64) -> Side {
-        let p = DVec3::new(u, v, 0.0);
         let mut best = (f64::NEG_INFINITY, Side::North);
         for side in Side::ALL {
-            let [a, b, c] = self.triangle(side);
-            let area = cross(a, b, c);
-            if area == 0.0 {
+            if self.area(side) == 0.0 {
                 continue;
             }
             // Least of the barycentric coordinates: the triangle in which the point lies deepest.
-            let depth = (cross(a, b, p) / area).min(cross(b, c, p) / area).min(cross(c, a, p) / area);
+            let [a, b, c] = self.barycentric(side, u, v);
+            let depth = a.min(b).min(c);
             if depth > best.0 {
                 best = (depth, side);
             }
         }
         best.1
+    }
+
+    /// Weights of the corners of the triangle at a side (see [`Fan::triangle`]) at a point; those of its first corner if it
+    /// has no area.
+    #[must_use]
+    pub fn barycentric(&self, side: Side, u: f64, v: f64) -> [f64; 3] {
+        let [a, b, c] = self.triangle(side);
+        let p = DVec3::new(u, v, 0.0);
+        let area = cross(a, b, c);
+        if area == 0.0 {
+            return [1.0, 0.0, 0.0];
+        }
+        [cross(b, c, p) / area, cross(c, a, p) / area, cross(a, b, p) / area]
     }
 
     /// Slope ∂w/∂u, ∂w/∂v of the triangle at a side; zero if it has no area.
