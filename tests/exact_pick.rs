@@ -352,9 +352,10 @@ fn compare(map: &Map, ray: &LatticeRay) -> Result<Seen, String> {
     // they are near the surface).
     let mut last: Option<Value> = None;
     let mut doubt: Option<[f64; 2]> = None;
-    let mut flattest = f64::INFINITY;
+    let (mut flattest, mut widest) = (f64::INFINITY, 0.0f64);
     for value in values {
         flattest = flattest.min(value.slope);
+        widest = widest.max(value.band);
         if value.f.abs() <= value.band {
             doubt = Some([doubt.map_or(value.t, |d| d[0]), value.t]);
             continue;
@@ -368,14 +369,11 @@ fn compare(map: &Map, ray: &LatticeRay) -> Result<Seen, String> {
             t = hit.t;
         }
         let turned = last.is_some_and(|l| (l.f > 0.0) != (value.f > 0.0));
-        if let Some(last) = last {
-            if between % 2 != i32::from(turned) {
-                return Err(format!(
-                    "{between} hits between {last:?} and {value:?} on {}: {ray:?}\n{:#?}",
-                    map.name,
-                    map.hits(ray)
-                ));
-            }
+        if let Some(last) = last
+            && between % 2 != i32::from(turned)
+        {
+            let hits = map.hits(ray);
+            return Err(format!("{between} hits between {last:?} and {value:?} on {}: {ray:?}\n{hits:#?}", map.name));
         }
         if doubt.is_none() && between != i32::from(turned) {
             return Err(format!("{between} hits between {last:?} and {value:?} on {}, no doubt: {ray:?}", map.name));
@@ -390,14 +388,14 @@ fn compare(map: &Map, ray: &LatticeRay) -> Result<Seen, String> {
             // Where there is doubt the zero lies there, or within a band's width in t.
             let zero = last.t + (value.t - last.t) * (last.f / (last.f - value.f));
             let [from, to] = doubt.unwrap_or([zero; 2]);
-            let bound = 2.0 * last.band.max(value.band) / flattest + 8.0 * EPSILON * t.abs();
+            let bound = 2.0 * widest / flattest + 8.0 * EPSILON * t.abs();
             if !(t >= from - bound && t <= to + bound) {
                 return Err(format!("t {t}, expected {from}..{to} ± {bound} on {}: {ray:?}", map.name));
             }
             seen.sharp += u64::from(to - from + bound <= 1e-9 * t.abs());
         }
         last = Some(value);
-        (doubt, flattest) = (None, f64::INFINITY);
+        (doubt, flattest, widest) = (None, f64::INFINITY, value.band);
     }
     match hits.next() {
         Some(hit) if doubt.is_none() => Err(format!("invented {hit:?} on {}: {ray:?}", map.name)),

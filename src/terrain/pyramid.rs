@@ -91,8 +91,10 @@ impl<T: Height> Level<T> {
             |(lows, highs): &mut (Vec<T>, Vec<T>), (j, (low, high))| {
                 // First down the columns of samples, which is one long loop per row, then along.
                 let first = &samples[j * B * width..][..width];
-                (lows.clear(), highs.clear());
-                (lows.extend_from_slice(first), highs.extend_from_slice(first));
+                lows.clear();
+                highs.clear();
+                lows.extend_from_slice(first);
+                highs.extend_from_slice(first);
                 for v in j * B + 1..=(j * B + B).min(cells_v) {
                     let line = &samples[v * width..][..width];
                     for ((l, h), &s) in lows.iter_mut().zip(highs.iter_mut()).zip(line) {
