@@ -214,7 +214,7 @@ fn time<R>(c: &mut Criterion, map: &str, class: &str, peer: &str, rays: &[R], mu
                 next = if next + 1 == rays.len() { 0 } else { next + 1 };
             }
             let spent = start.elapsed();
-            if count >= 1000 {
+            if count >= 100 {
                 note(format!("{map}|{class}|{peer}"), spent.as_nanos() as f64 / count as f64);
             }
             spent
