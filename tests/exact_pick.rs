@@ -5,7 +5,8 @@
 //! * `triangles` tries every triangle near the ray's path, borders included.
 //! * `exact_gap` measures in integers how far a reported hit is from the surface.
 //!
-//! A fixed share of the rays runs by default. `SEAMOUNT_SOAK=1` runs a million in each class on each map.
+//! A fixed share of the rays runs by default. `SEAMOUNT_SOAK=1` runs a million in each class on each map (hours), a larger
+//! number that many.
 //!
 //! # The band
 //!
@@ -446,7 +447,16 @@ fn check_hit(map: &Map, ray: &LatticeRay, hit: &ExactHit) -> Result<(), String> 
 }
 
 fn soak() -> bool {
-    std::env::var_os("SEAMOUNT_SOAK").is_some_and(|v| v != "0")
+    soak_rays().is_some()
+}
+
+/// Rays per class and map that `SEAMOUNT_SOAK` asks for.
+fn soak_rays() -> Option<u64> {
+    match std::env::var("SEAMOUNT_SOAK").ok()?.parse().ok()? {
+        0 => None,
+        1 => Some(1_000_000),
+        count => Some(count),
+    }
 }
 
 /// Compares `count` rays of a class, and checks that enough of them hit to mean something.
@@ -473,7 +483,7 @@ fn compare_class(map: &Map, class: Class, count: u64) {
 
 #[test]
 fn real_maps_agree_with_the_reference() {
-    let count = if soak() { 1_000_000 } else { 1000 };
+    let count = soak_rays().unwrap_or(1000);
     for map in scenes() {
         for class in CLASSES {
             compare_class(&map, class, count);
@@ -483,7 +493,7 @@ fn real_maps_agree_with_the_reference() {
 
 #[test]
 fn small_maps_agree_with_the_reference() {
-    let count = if soak() { 1_000_000 } else { 2000 };
+    let count = soak_rays().unwrap_or(2000);
     for map in small_maps() {
         for class in CLASSES {
             compare_class(&map, class, count);
@@ -546,7 +556,7 @@ fn defined_crossings(map: &Map, ray: &LatticeRay) -> Vec<(f64, Option<bool>)> {
 
 #[test]
 fn tangents_and_touches_are_decided_exactly() {
-    let count = if soak() { 1_000_000 } else { 3000 };
+    let count = soak_rays().unwrap_or(3000) as usize;
     let mut maps = small_maps();
     maps.retain(|map| !map.name.contains("floats"));
     maps.extend(scenes());
