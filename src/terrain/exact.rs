@@ -138,8 +138,9 @@ impl ExactSurface<'_> {
 
     /// The most blocks and cells that a walk can visit on this map.
     ///
-    /// A monotone walk over n × m blocks visits at most n + m − 1 of them. With blocks of 1, 4, 8, 16, … cells that is
-    /// below (1 + 1/4 + 1/8 + …) (columns + rows) and two per level for the roundings up.
+    /// A walk that never turns back visits at most n + m − 1 of n × m blocks. With blocks of 1, 4, 16, 64, … cells a side
+    /// that is below (1 + 1/4 + 1/16 + …) (columns + rows) and two per level for the roundings up; the limit has half of
+    /// (columns + rows) to spare instead of a third.
     #[must_use]
     pub fn step_limit(&self) -> u32 {
         walk::step_limit(self.field.cells())
@@ -180,7 +181,8 @@ impl ExactSurface<'_> {
     /// let surface = ExactSurface { field: &field, pyramid: &MinMaxPyramid::new(&field) };
     /// let (west, east) = (DVec3::new(0.0, 0.5, 0.0), DVec3::new(4.0, 0.5, 0.0));
     /// assert_eq!(surface.line_of_sight(west, DVec3::new(2.0, 0.5, 100.0)), None);
-    /// assert_eq!(surface.line_of_sight(west + DVec3::Z, east).map(|hit| hit.point.x), Some(1.0075));
+    /// let up = DVec3::new(0.0, 0.0, 50.0);
+    /// assert_eq!(surface.line_of_sight(west + up, east + up).map(|hit| hit.point.x), Some(1.5));
     /// # Ok::<(), seamount::terrain::HeightFieldError>(())
     /// ```
     #[must_use]
