@@ -14,7 +14,7 @@ use seamount::action::{Lens, Viewpoint};
 use seamount::node::lattice_view;
 use seamount::terrain::{
     ActivePatch, Demand, Frustum, HeightField, Hierarchy, LatticeFrame, LatticeView, LodEye, Metric, Parts, PatchId,
-    PixelError, PixelProjection, Precision, Resolutions, Selection, Terrain, Voids, parts_of,
+    PixelError, PixelProjection, Precision, Resolutions, Selection, Terrain, Voids, generate, parts_of,
 };
 
 const SIZES: [[u32; 2]; 12] = [
@@ -407,6 +407,17 @@ fn the_error_in_pixels_is_made_to_agree() {
                     figures.check(tree.hierarchy(), &selection, &what);
                 }
             }
+        }
+    }
+    if soak() {
+        let terrain = Terrain::new(generate(4097, 5).unwrap());
+        let tree = terrain.tree(Resolutions::new(16, 3).unwrap());
+        let errors = tree.tile_errors(terrain.field());
+        for _ in 0..200 {
+            let view = lattice_camera(&mut rng, &terrain);
+            let tolerance = 10f64.powf(rng.range(0.0, 4.0));
+            let metric = PixelError { tolerance, view: &view, errors, pyramid: terrain.pyramid() };
+            figures.check(tree.hierarchy(), &Selection::of(tree.hierarchy(), &metric), &(tolerance, &view));
         }
     }
     figures.print("error in pixels");
