@@ -8,7 +8,7 @@ use crate::node::CameraFields;
 use crate::scene::{NodeKey, Path};
 
 /// Why a camera gives no picture.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum CameraError {
     /// Position and the point looked at are the same, or the transform before the camera is singular.
@@ -28,6 +28,14 @@ pub enum CameraError {
     /// A coordinate is NaN or infinite.
     #[error("the camera's place is not finite")]
     NotFinite,
+    /// A field has a value that can not be used.
+    #[error("{field}: {message}")]
+    Field {
+        /// Name of the field.
+        field: &'static str,
+        /// What is wrong.
+        message: String,
+    },
 }
 
 /// A camera node with the transform that was in force where it stands.

@@ -37,6 +37,12 @@ pub enum ShapeError {
         /// What is wrong.
         message: String,
     },
+    /// A GPU can not be told where the shape is.
+    #[error(
+        "its size or its distance from the eye is beyond what 32-bit floats can say (about 1e38): use smaller numbers in \
+         the transforms before it and in its own fields"
+    )]
+    BeyondFloats,
     /// Anything else; for shapes defined elsewhere.
     #[error("{0}")]
     Other(String),

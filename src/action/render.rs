@@ -11,10 +11,10 @@ use super::frame::{
 use super::state::{cofactors, compose};
 use super::walk::{Visitor, walk};
 use super::{
-    ActionError, BoundingBoxAction, DebugColor, Lens, PlacedCamera, PlacedLight, ShapeContext, ShapeError, State,
-    Surface, Viewpoint,
+    ActionError, BoundingBoxAction, CameraError, DebugColor, Lens, PlacedCamera, PlacedLight, ShapeContext, ShapeError,
+    State, Surface, Viewpoint,
 };
-use crate::node::{Color, ShapeNode, Triangle};
+use crate::node::{Color, FieldProblem, ShapeNode, Triangle};
 use crate::scene::{Path, Scene};
 use crate::terrain::Frustum;
 
@@ -65,9 +65,13 @@ impl RenderAction {
         }
         let camera = find_camera(scene, self.camera.as_deref())?;
         let bounds = BoundingBoxAction::default().apply(scene)?;
-        camera
-            .viewpoint([width, height], bounds)
-            .map_err(|error| ActionError::Camera { error, path: camera.path.names(scene) })
+        let refused = |error| ActionError::Camera { error, path: camera.path.names(scene) };
+        let view = camera.viewpoint([width, height], bounds).map_err(refused)?;
+        // Fields set in code were not checked by a reader: an angle beyond π has a tangent like any other.
+        match scene.node(camera.key).and_then(|node| node.problems().into_iter().next()) {
+            Some(FieldProblem { field, message }) => Err(refused(CameraError::Field { field, message })),
+            None => Ok(view),
+        }
     }
 
     /// The frame.
@@ -87,6 +91,10 @@ impl RenderAction {
 }
 
 impl Draw {
+    fn is_finite(&self) -> bool {
+        self.clip_from_rel.is_finite() && self.eye_from_rel.is_finite() && self.normal_from_rel.is_finite()
+    }
+
     /// Draw calls that it takes.
     #[must_use]
     pub fn calls(&self) -> u32 {
@@ -179,7 +187,12 @@ impl Visitor for Render<'_> {
                 draws: &mut self.draws,
                 statistics: &mut self.statistics,
             };
+            let first = cx.draws.len();
             shape.draw(&mut cx).map_err(|e| shape_cx.error(e))?;
+            // In f64 there is room for more than a GPU can be told.
+            if !self.draws.iter().skip(first).all(Draw::is_finite) {
+                return Err(shape_cx.error(ShapeError::BeyondFloats));
+            }
         }
         Ok(ControlFlow::Continue(()))
     }

@@ -61,7 +61,7 @@ pub enum HeightFieldError {
 pub enum Samples {
     /// 16-bit intensities; 65535 is intensity 1.
     U16(Vec<u16>),
-    /// Intensities as 32-bit floats, all finite; 1.0 is intensity 1, values outside 0..1 are allowed.
+    /// Intensities as 32-bit floats, within ±10³⁸; 1.0 is intensity 1, values outside 0..1 are allowed.
     F32(Vec<f32>),
 }
 
@@ -118,8 +118,8 @@ pub struct HeightField {
 /// Which samples of a source map carry no height.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Voids {
-    /// The raw value that marks a void, in units of the samples given. Samples that are NaN or infinite are void
-    /// whatever is said here.
+    /// The raw value that marks a void, in units of the samples given. Samples that are NaN, infinite or beyond ±10³⁸ are
+    /// void whatever is said here.
     pub sample: Option<f64>,
 }
 
@@ -164,6 +164,9 @@ impl HeightField {
     /// Largest number of samples along a side: 2²⁴, the integers that f32 holds exactly on the GPU.
     pub const MAX_SIDE: u32 = 1 << 24;
 
+    /// Largest absolute value of a float sample; what is beyond is void.
+    const MAX_FLOAT: f64 = 1e38;
+
     /// A map of 16-bit intensities, row by row from the north-west corner. Voids are filled smoothly from their border.
     ///
     /// # Errors
@@ -174,7 +177,8 @@ impl HeightField {
         Self::new(columns, rows, Samples::U16(samples), |raw| marker == Some(raw))
     }
 
-    /// A map of intensities as floats, row by row from the north-west corner. NaN and infinite samples are voids.
+    /// A map of intensities as floats, row by row from the north-west corner. NaN and infinite samples are voids, and so
+    /// are samples beyond ±10³⁸: differences of such heights overflow, and −3.4·10³⁸ is the customary mark of a void.
     ///
     /// With `max_height` 1 and `base_height` 0 on the node the values are heights in the node's own units.
     ///
@@ -183,7 +187,9 @@ impl HeightField {
     /// As for [`HeightField::from_u16`].
     pub fn from_f32(columns: u32, rows: u32, samples: Vec<f32>, voids: Voids) -> Result<Self, HeightFieldError> {
         let marker = voids.sample;
-        Self::new(columns, rows, Samples::F32(samples), |raw| !raw.is_finite() || marker == Some(raw))
+        Self::new(columns, rows, Samples::F32(samples), |raw| {
+            raw.is_nan() || raw.abs() > Self::MAX_FLOAT || marker == Some(raw)
+        })
     }
 
     fn new(columns: u32, rows: u32, samples: Samples, is_void: impl Fn(f64) -> bool) -> Result<Self, HeightFieldError> {

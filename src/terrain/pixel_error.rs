@@ -134,7 +134,8 @@ impl Metric for PixelError<'_> {
         let [bottom, top] = self.pyramid.range(tree.size(patch.level), patch.column, patch.row);
         let low = DVec3::new(f64::from(u0), f64::from(v0), bottom);
         let high = DVec3::new(f64::from(u1), f64::from(v1), top);
-        if self.view.frustum.excludes(low, high) {
+        // Whatever is allowed is kept even where the projection has no bound: beside and behind the eye.
+        if self.tolerance == f64::INFINITY || self.view.frustum.excludes(low, high) {
             return Demand::Keep([0; 4]);
         }
         let allowed = self.allowed(tree, patch, low, high);

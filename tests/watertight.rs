@@ -1,0 +1,117 @@
+//! White ground on magenta: nothing shows through, at any eye, with the detail that the error in pixels asks for.
+//!
+//! The judge is the picture of the whole mesh, every cell of the map: where it shows ground in a pixel and all around
+//! it, a mesh that is at most a pixel off shows ground in that pixel. A share of the eyes runs by default, all of them with
+//! `SEAMOUNT_SOAK=1`.
+#![cfg(feature = "render")]
+#![allow(missing_docs, reason = "a test")]
+
+mod common;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use common::Rng;
+use glam::{DVec2, DVec3};
+use seamount::prelude::*;
+use seamount::render::{Headless, Picture};
+
+const SIZE: u32 = 512;
+
+fn metres(x: f64, y: f64) -> SeamlessTerrain {
+    SeamlessTerrain {
+        size: Some(DVec2::new(x, y)),
+        max_height: 65_535.0,
+        base_height: -1_000.0,
+        ..SeamlessTerrain::default()
+    }
+}
+
+fn maps() -> [(&'static str, SeamlessTerrain); 5] {
+    [
+        ("fuji", SeamlessTerrain { void_sample: Some(0.0), ..metres(90_600.0, 111_240.0) }),
+        ("andes", metres(93_840.0, 111_240.0)),
+        ("jacksboro", metres(29_949.0, 31_796.0)),
+        ("puget", metres(163_840.0, 163_840.0)),
+        ("walls", SeamlessTerrain { scale: 700.0, max_height: 100.0, ..SeamlessTerrain::default() }),
+    ]
+}
+
+/// An eye above the ground: one in three close to it and looking along it, one in three over it, the others from beside it;
+/// one in five with parallel rays.
+fn camera(rng: &mut Rng, k: u32, terrain: &SeamlessTerrain, map: &Image) -> Box<dyn Node> {
+    let field = map.height_field(terrain.void_sample).unwrap();
+    let frame = terrain.frame(&field);
+    let [cu, cv] = frame.cells.map(f64::from);
+    let extent = frame.local(DVec3::new(cu, 0.0, 0.0)).truncate();
+    let ground = |x: f64, y: f64| {
+        let p = frame.lattice(DVec3::new(x, y, 0.0));
+        let raw = field.surface(p.x.clamp(0.0, cu), p.y.clamp(0.0, cv)).unwrap();
+        frame.local(p.with_z(raw)).z
+    };
+    let width = extent.max_element();
+    let inside = |rng: &mut Rng| DVec2::new(rng.range(0.05, 0.95), rng.range(0.05, 0.95)) * extent;
+    let (place, above) = match k % 3 {
+        0 => (inside(rng), width * 10f64.powf(rng.range(-3.5, -1.5))),
+        1 => (inside(rng), width * rng.range(0.02, 0.5)),
+        _ => {
+            let angle = rng.range(0.0, std::f64::consts::TAU);
+            let out = extent * 0.5 + DVec2::from_angle(angle) * extent * rng.range(0.75, 1.2);
+            (out, width * rng.range(0.01, 0.3))
+        }
+    };
+    let eye = place.extend(ground(place.x, place.y) + above);
+    let target = inside(rng);
+    let at = target.extend(ground(target.x, target.y));
+    if k % 5 == 4 {
+        let height = width * rng.range(0.02, 0.4);
+        Box::new(OrthographicCamera { position: Some(eye), look_at: Some(at), height, ..Default::default() })
+    } else {
+        let height_angle = rng.range(0.2, 1.6);
+        Box::new(PerspectiveCamera { position: Some(eye), look_at: Some(at), height_angle, ..Default::default() })
+    }
+}
+
+fn draw(headless: &mut Headless, map: &Arc<Image>, camera: &dyn Node, terrain: SeamlessTerrain) -> Picture {
+    let mut scene = Scene::new();
+    let root = scene.root();
+    let camera = scene.insert_boxed(camera.boxed_clone());
+    scene.add_child(root, camera).unwrap();
+    scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
+    scene.add(root, Texture2::from_image(Arc::clone(map))).unwrap();
+    scene.add(root, terrain).unwrap();
+    let action = RenderAction { background: Color::new(1.0, 0.0, 1.0), ..RenderAction::new(SIZE, SIZE) };
+    headless.draw(&action.apply(&scene).unwrap()).unwrap()
+}
+
+#[test]
+fn no_background_shows_through_the_ground() {
+    let eyes = if std::env::var_os("SEAMOUNT_SOAK").is_some() { 45 } else { 8 };
+    let mut headless = Headless::new(None).unwrap_or_else(|error| panic!("{error}"));
+    for (name, terrain) in maps() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.png"));
+        let map = Arc::new(Image::open(&path).unwrap());
+        let mut rng = Rng(99);
+        let (mut looked_at, mut bad, mut coarser) = (0u64, 0u64, 0);
+        for k in 0..eyes {
+            let camera = camera(&mut rng, k, &terrain, &map);
+            let full = SeamlessTerrain { detail: DetailMode::Full, ..terrain.clone() };
+            let want = draw(&mut headless, &map, &*camera, full);
+            let got = draw(&mut headless, &map, &*camera, terrain.clone());
+            coarser += u32::from(want.rgba != got.rgba);
+            let ground = |x: u32, y: u32| want.pixel(x, y) == Some([255; 3]);
+            for (x, y) in (1..SIZE - 1).flat_map(|y| (1..SIZE - 1).map(move |x| (x, y))) {
+                if (y - 1..=y + 1).all(|b| (x - 1..=x + 1).all(|a| ground(a, b))) {
+                    looked_at += 1;
+                    if got.pixel(x, y) != Some([255; 3]) {
+                        bad += 1;
+                        println!("{name} eye {k}: {:?} at ({x}, {y}) through {camera:?}", got.pixel(x, y));
+                    }
+                }
+            }
+        }
+        println!("{name}: {eyes} eyes, {looked_at} pixels of ground, {coarser} pictures differ from the whole mesh");
+        assert_eq!(bad, 0, "{name}: pixels that are not ground");
+        assert!(looked_at > u64::from(eyes) * 40_000, "{name}: only {looked_at} pixels of ground were looked at");
+    }
+}
