@@ -46,7 +46,7 @@ impl BoundingBoxAction {
                 path: &Path,
                 state: &State,
             ) -> Result<ControlFlow<()>, ActionError> {
-                let cx = ShapeContext { scene: self.scene, state, path, viewpoint: None };
+                let cx = ShapeContext::new(self.scene, state, path);
                 if let Some(bounds) = shape.bounds(&cx).map_err(|e| cx.error(e))? {
                     let bounds = bounds.transformed(&state.model);
                     self.found = Some(self.found.map_or(bounds, |b| b.union(&bounds)));

@@ -1,11 +1,12 @@
 //! What a walk knows at a point of the graph: the sum of the properties before it.
 
+use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use super::{ActionError, PlacedCamera, ShapeError, Viewpoint};
+use super::{ActionError, Cameras, PlacedCamera, ShapeError, Viewpoint};
 use crate::node::{Complexity, Material};
 use crate::scene::{Image, NodeKey, Path, Scene};
 
@@ -175,9 +176,19 @@ pub struct ShapeContext<'a> {
     pub path: &'a Path,
     /// The camera that detail is chosen for; without one it is the finest.
     pub viewpoint: Option<&'a Viewpoint>,
+    /// The other cameras of the scene, for shapes that ask for one by name.
+    pub cameras: Option<&'a Cameras<'a>>,
+    /// What the shape kept when it was drawn, where that decides: in a view that is frozen.
+    pub kept: Option<&'a (dyn Any + Send + Sync)>,
 }
 
-impl ShapeContext<'_> {
+impl<'a> ShapeContext<'a> {
+    /// A place in the scene, seen by no camera.
+    #[must_use]
+    pub fn new(scene: &'a Scene, state: &'a State, path: &'a Path) -> Self {
+        Self { scene, state, path, viewpoint: None, cameras: None, kept: None }
+    }
+
     /// The image on a texture unit, decoded if need be; `None` if the unit is empty.
     ///
     /// # Errors

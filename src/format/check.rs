@@ -71,7 +71,7 @@ impl Visitor for Check<'_> {
     }
 
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
-        let cx = ShapeContext { scene: &self.read.scene, state, path, viewpoint: None };
+        let cx = ShapeContext::new(&self.read.scene, state, path);
         match (shape.bounds(&cx), path.tail()) {
             (Err(ShapeError::Image(_)), _) => {} // told at its texture
             (Err(error @ ShapeError::HeightField(_)), Some(key)) => {
