@@ -100,7 +100,7 @@ crate::define_node! {
         pub lod_camera: Option<String> = None,
         /// Smallest resolution of a patch's side, a power of two, and how many resolutions there are, 2 to 5, each twice
         /// the one before.
-        pub resolutions: (u32, u32) = (16, 3),
+        pub resolutions: (u32, u32) = (8, 2),
         /// Whether patches outside the view are left out when drawing.
         pub culling: bool = true,
         /// How it is coloured.
