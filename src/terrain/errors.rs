@@ -226,7 +226,7 @@ pub fn place(tree: &Hierarchy, patch: PatchId, triangle: &[UnitVertex; 3]) -> [[
 }
 
 macro_rules! cell_errors {
-    ($name:ident, $sample:ty, $number:ty) => {
+    ($name:ident, $sample:ty, $number:ty, $times_step:expr) => {
         /// Largest distance of the two halves (upper, lower) of a coarse cell from the samples in it, times `step`.
         fn $name(samples: &[$sample], width: usize, [u, v]: [u32; 2], step: usize) -> [$number; 2] {
             let at = |i: usize, j: usize| -> $number { samples[(v as usize + j) * width + u as usize + i].into() };
@@ -237,16 +237,17 @@ macro_rules! cell_errors {
                 let start = (v as usize + j) * width + u as usize;
                 let row = &samples[start..=start + step];
                 let y = j as $number;
-                // Plane of the half, times step: at (i, j) it is step·h00 + slope_u·i + slope_v·j.
-                let (slope, base) = (h11 - h01, scale * h00 + (h01 - h00) * y);
-                for (i, &h) in row[..=j].iter().enumerate() {
-                    let h: $number = h.into();
-                    lower = lower.max((base + slope * i as $number - scale * h).abs());
+                // Plane of the half, times step: at (i, j) it is step·h00 + slope_u·i + slope_v·j. It is summed up along the
+                // row, and integers are shifted instead of multiplied: that runs in vectors on every processor.
+                let (slope, mut plane) = (h11 - h01, scale * h00 + (h01 - h00) * y);
+                for &h in &row[..=j] {
+                    lower = lower.max((plane - $times_step(h.into(), step)).abs());
+                    plane += slope;
                 }
-                let (slope, base) = (h10 - h00, scale * h00 + (h11 - h10) * y + (h10 - h00) * y);
-                for (i, &h) in row[j..].iter().enumerate() {
-                    let h: $number = h.into();
-                    upper = upper.max((base + slope * i as $number - scale * h).abs());
+                let (slope, mut plane) = (h10 - h00, scale * h00 + (h11 - h10) * y + (h10 - h00) * y);
+                for &h in &row[j..] {
+                    upper = upper.max((plane - $times_step(h.into(), step)).abs());
+                    plane += slope;
                 }
             }
             [upper, lower]
@@ -255,9 +256,9 @@ macro_rules! cell_errors {
 }
 
 // In i32 the terms stay below 4 · 4096 · 65535 < 2³¹.
-cell_errors!(cell_errors_i32, u16, i32);
-cell_errors!(cell_errors_i64, u16, i64);
-cell_errors!(cell_errors_f64, f32, f64);
+cell_errors!(cell_errors_i32, u16, i32, |h: i32, step: usize| h << step.trailing_zeros());
+cell_errors!(cell_errors_i64, u16, i64, |h: i64, step: usize| h << step.trailing_zeros());
+cell_errors!(cell_errors_f64, f32, f64, |h: f64, step: usize| h * step as f64);
 
 /// The same for cells of 2 × 2, which are most: five samples between others.
 fn small_cell_errors<S: Copy + Into<f64>>(samples: &[S], width: usize, [u, v]: [u32; 2]) -> [f64; 2] {
