@@ -39,6 +39,11 @@ fn scene() -> Scene {
     scene
 }
 
+fn resolutions() -> Resolutions {
+    let (min, count) = SeamlessTerrain::default().resolutions;
+    Resolutions::new(min, count).expect("valid")
+}
+
 fn load(c: &mut Criterion) {
     let mut group = c.benchmark_group("load");
     group.sample_size(20);
@@ -55,7 +60,7 @@ fn load(c: &mut Criterion) {
         b.iter_batched(
             || {
                 let terrain = Terrain::new(image.height_field(None).expect("a map"));
-                let tree = terrain.tree(Resolutions::new(16, 3).expect("valid"));
+                let tree = terrain.tree(resolutions());
                 (terrain, tree)
             },
             |(terrain, tree)| {
@@ -70,7 +75,7 @@ fn load(c: &mut Criterion) {
 
 fn selection(c: &mut Criterion) {
     let terrain = Terrain::new(Image::open(&andes()).expect("the map is there").height_field(None).expect("a map"));
-    let tree = terrain.tree(Resolutions::new(16, 3).expect("valid"));
+    let tree = terrain.tree(resolutions());
     let tree = tree.hierarchy();
     let mut selection = Selection::new(tree);
     let mut group = c.benchmark_group("selection");

@@ -65,7 +65,7 @@ pub mod prelude {
 
     pub use crate::action::{
         Aabb, ActionError, BoundingBoxAction, Frame, PickTarget, PickedPoint, Ray, RayPickAction, RenderAction,
-        SearchAction, Surface,
+        SearchAction, Surface, View,
     };
     pub use crate::node::{
         AxisAngle, BaseColor, Color, ColorMode, Complexity, Cube, DetailMode, DirectionalLight, FragmentShader, Group,

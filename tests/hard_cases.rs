@@ -361,7 +361,8 @@ mod heights {
     #[test]
     fn voids() {
         ends(|| {
-            let cases: [(&str, fn(u32, u32) -> bool); 6] = [
+            type Void = fn(u32, u32) -> bool;
+            let cases: [(&str, Void); 6] = [
                 ("alone", |c, r| (c, r) == (11, 8)),
                 ("in a corner", |c, r| (c, r) == (0, 0)),
                 ("a block", |c, r| (5..14).contains(&c) && (6..17).contains(&r)),

@@ -162,8 +162,9 @@ fn fuji_at_a_grazing_angle() {
 
 #[test]
 fn fuji_with_tiles_green_and_strips_red() {
-    let scene =
-        fuji(from_the_south(), false, |t| (t.color_mode, t.detail) = (ColorMode::Parts, DetailMode::Precision(1.0)));
+    let scene = fuji(from_the_south(), false, |t| {
+        (t.color_mode, t.resolutions, t.detail) = (ColorMode::Parts, (16, 3), DetailMode::Precision(1.0));
+    });
     matches_reference("fuji_parts", &draw(&scene, &small(SKY)));
 }
 

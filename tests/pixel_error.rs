@@ -82,7 +82,8 @@ fn the_measured_error_is_within_the_allowed_one() {
     let eyes = if soak { 50 } else { 8 };
     for map in maps() {
         let mut rng = Rng(42);
-        let tree = map.terrain.tree(Resolutions::new(16, 3).unwrap());
+        let (min, count) = SeamlessTerrain::default().resolutions;
+        let tree = map.terrain.tree(Resolutions::new(min, count).unwrap());
         let (mut closeness, mut count, mut triangles) = (0.0, 0, 0);
         for k in 0..eyes {
             let camera = view(&mut rng, &map, k);

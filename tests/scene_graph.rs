@@ -191,7 +191,7 @@ fn picks_under_transforms_agree_with_brute_force() {
             &mut state,
             &seamount::action::PropertyContext { scene: &scene, key: texture },
         );
-        let cx = ShapeContext { scene: &scene, state: &state, path: &path, viewpoint: None, surface: Surface::Coarse };
+        let cx = ShapeContext::new(&scene, &state, &path);
         let mut triangles = Vec::new();
         let cube = Cube { width: 4.0, ..Cube::default() };
         scene.get::<SeamlessTerrain>(key).unwrap().primitives(&cx, &mut |t| triangles.push(t)).unwrap();

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::walk::{Visitor, walk};
-use super::{Aabb, ActionError, ShapeContext, State, Surface};
+use super::{Aabb, ActionError, ShapeContext, State};
 use crate::node::ShapeNode;
 use crate::scene::{Path, Scene};
 
@@ -46,7 +46,7 @@ impl BoundingBoxAction {
                 path: &Path,
                 state: &State,
             ) -> Result<ControlFlow<()>, ActionError> {
-                let cx = ShapeContext { scene: self.scene, state, path, viewpoint: None, surface: Surface::default() };
+                let cx = ShapeContext::new(self.scene, state, path);
                 if let Some(bounds) = shape.bounds(&cx).map_err(|e| cx.error(e))? {
                     let bounds = bounds.transformed(&state.model);
                     self.found = Some(self.found.map_or(bounds, |b| b.union(&bounds)));

@@ -29,6 +29,9 @@ pub enum ShapeError {
         /// The unit that should carry heights.
         unit: u32,
     },
+    /// The camera that a shape takes its detail from can not be had.
+    #[error("lod_camera: {0}")]
+    LodCamera(Box<ActionError>),
     /// A field has a value that can not be used.
     #[error("{field}: {message}")]
     Field {

@@ -12,7 +12,7 @@ use crate::scene::Image;
 use crate::terrain::{HeightField, Instances, Parts};
 
 /// One picture's worth of drawing.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Frame {
     /// Width and height in pixels.
     pub size: [u32; 2],
@@ -31,6 +31,8 @@ pub struct Statistics {
     pub triangles: u64,
     /// Draw calls that the frame takes.
     pub draw_calls: u32,
+    /// Choices of detail made for this frame; those of other shapes were kept from the frame before.
+    pub selections: u32,
     /// Patches that the choice of detail looked at.
     pub patches_traversed: u64,
     /// Active patches outside the view.

@@ -6,6 +6,7 @@
 mod aabb;
 mod bounding_box;
 mod camera;
+mod cameras;
 mod error;
 mod frame;
 mod ray;
@@ -13,12 +14,14 @@ mod ray_pick;
 mod render;
 mod search;
 mod state;
+mod view;
 mod viewpoint;
 pub mod walk;
 
 pub use aabb::Aabb;
 pub use bounding_box::BoundingBoxAction;
 pub use camera::{CameraError, PlacedCamera};
+pub use cameras::Cameras;
 pub use error::{ActionError, ShapeError};
 pub use frame::{
     ColorMap, DebugColor, Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh, Statistics, SurfaceMaterial,
@@ -29,4 +32,5 @@ pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
 pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::SearchAction;
 pub use state::{PlacedLight, Program, PropertyContext, ShapeContext, State, TextureBinding, TextureSource};
+pub use view::{View, ViewStatistics};
 pub use viewpoint::{Lens, Viewpoint};

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::camera::unit;
 use super::render::find_camera;
 use super::walk::{Visitor, walk};
-use super::{ActionError, Lens, Ray, RenderAction, ShapeContext, State, Viewpoint};
+use super::{ActionError, Cameras, Lens, Ray, ShapeContext, State, View, Viewpoint};
 use crate::node::{HitDetail, ShapeHit, ShapeNode};
 use crate::scene::{Path, Scene};
 
@@ -142,8 +142,8 @@ impl RayPickAction {
     ///
     /// When the camera can not be used, or a shape that near and far depend on can not be had.
     pub fn picker<'s>(&self, scene: &'s Scene) -> Result<Picker<'s>, ActionError> {
-        let render = RenderAction { size: self.size, camera: self.camera.clone(), ..RenderAction::new(1, 1) };
-        let (viewpoint, limits) = match render.viewpoint(scene) {
+        let cameras = Cameras::new(scene, self.size);
+        let (viewpoint, limits) = match cameras.viewpoint(self.camera.as_deref()) {
             Ok(view) => {
                 let fields = find_camera(scene, self.camera.as_deref())?.fields;
                 (Some(view), (fields.near_distance, fields.far_distance))
@@ -151,7 +151,16 @@ impl RayPickAction {
             Err(ActionError::NoCamera) => (None, (None, None)),
             Err(error) => return Err(error),
         };
-        Ok(Picker { scene, surface: self.surface, viewpoint, limits })
+        Ok(Picker { scene, surface: self.surface, viewpoint, cameras, frozen: None, limits })
+    }
+
+    /// The picker for what is shown in a view: while the view is frozen it picks the detail that is drawn there.
+    ///
+    /// # Errors
+    ///
+    /// As for [`RayPickAction::picker`].
+    pub fn picker_in<'s>(&self, scene: &'s Scene, view: &'s View) -> Result<Picker<'s>, ActionError> {
+        Ok(Picker { frozen: view.freeze.then_some(view), ..self.picker(scene)? })
     }
 }
 
@@ -161,6 +170,8 @@ pub struct Picker<'s> {
     scene: &'s Scene,
     surface: Surface,
     viewpoint: Option<Viewpoint>,
+    cameras: Cameras<'s>,
+    frozen: Option<&'s View>,
     /// Near and far as the camera's node gives them.
     limits: (Option<f64>, Option<f64>),
 }
@@ -230,12 +241,13 @@ struct Pick<'p, 's> {
 
 impl Visitor for Pick<'_, '_> {
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
+        let picker = self.picker;
         let cx = ShapeContext {
-            scene: self.picker.scene,
-            state,
-            path,
-            viewpoint: self.picker.viewpoint.as_ref(),
-            surface: self.picker.surface,
+            viewpoint: picker.viewpoint.as_ref(),
+            surface: picker.surface,
+            cameras: Some(&picker.cameras),
+            kept: picker.frozen.and_then(|view| view.kept(path)),
+            ..ShapeContext::new(picker.scene, state, path)
         };
         // A shape flattened by its transform has no inside to meet.
         let det = state.model.matrix3.determinant();

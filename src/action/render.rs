@@ -1,5 +1,6 @@
 //! From a scene and a camera to a [`Frame`]: everything about a picture but the pixels.
 
+use std::any::Any;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -9,12 +10,12 @@ use super::frame::{
     Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh, Statistics, SurfaceMaterial, relative,
 };
 use super::state::{cofactors, compose};
+use super::view::Kept;
 use super::walk::{Visitor, walk};
 use super::{
-    ActionError, BoundingBoxAction, CameraError, DebugColor, Lens, PlacedCamera, PlacedLight, ShapeContext, ShapeError,
-    State, Surface, Viewpoint,
+    ActionError, Cameras, DebugColor, Lens, PlacedCamera, PlacedLight, ShapeContext, ShapeError, State, View, Viewpoint,
 };
-use crate::node::{Color, FieldProblem, ShapeNode, Triangle};
+use crate::node::{Color, ShapeNode, Triangle};
 use crate::scene::{Path, Scene};
 use crate::terrain::Frustum;
 
@@ -36,7 +37,7 @@ const AMBIENT: f32 = 0.2;
 /// assert_eq!((frame.draws.len(), frame.statistics.triangles), (1, 12));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RenderAction {
     /// Width and height of the picture in pixels, each at least 1.
     pub size: [u32; 2],
@@ -59,34 +60,40 @@ impl RenderAction {
     ///
     /// When there is no such camera, it can not be used, or a shape that near and far depend on can not be had.
     pub fn viewpoint(&self, scene: &Scene) -> Result<Viewpoint, ActionError> {
-        let [width, height] = self.size;
-        if width == 0 || height == 0 {
-            return Err(ActionError::Viewport(width, height));
-        }
-        let camera = find_camera(scene, self.camera.as_deref())?;
-        let bounds = BoundingBoxAction::default().apply(scene)?;
-        let refused = |error| ActionError::Camera { error, path: camera.path.names(scene) };
-        let view = camera.viewpoint([width, height], bounds).map_err(refused)?;
-        // Fields set in code were not checked by a reader: an angle beyond π has a tangent like any other.
-        match scene.node(camera.key).and_then(|node| node.problems().into_iter().next()) {
-            Some(FieldProblem { field, message }) => Err(refused(CameraError::Field { field, message })),
-            None => Ok(view),
-        }
+        Cameras::new(scene, self.size).viewpoint(self.camera.as_deref())
     }
 
-    /// The frame.
+    /// The frame, made from nothing. For one picture after the other see [`RenderAction::apply_in`].
     ///
     /// # Errors
     ///
     /// As for [`RenderAction::viewpoint`], and when a shape can not be had.
     pub fn apply(&self, scene: &Scene) -> Result<Frame, ActionError> {
-        let view = self.viewpoint(scene)?;
-        let mut render = Render { scene, view, size: self.size, draws: Vec::new(), statistics: Statistics::default() };
-        walk(scene, &mut render)?;
-        let Render { draws, mut statistics, .. } = render;
-        statistics.draw_calls = draws.iter().map(Draw::calls).sum();
-        statistics.triangles = draws.iter().map(Draw::triangles).sum();
-        Ok(Frame { size: self.size, background: self.background.linear(), draws, statistics })
+        let mut view = View::default();
+        self.apply_in(scene, &mut view)?;
+        Ok(view.frame)
+    }
+
+    /// The frame, with what the view remembers of the last one: the same frame again without any work if neither the scene
+    /// nor this action has changed since, otherwise a new one in the memory of the old ones. Clone it to keep it or to send it
+    /// to another thread; a clone shares what is large.
+    ///
+    /// # Errors
+    ///
+    /// As for [`RenderAction::apply`].
+    pub fn apply_in<'v>(&self, scene: &Scene, view: &'v mut View) -> Result<&'v Frame, ActionError> {
+        if !view.is_current(self, scene) {
+            let cameras = Cameras::new(scene, self.size);
+            let viewpoint = cameras.viewpoint(self.camera.as_deref())?;
+            view.begin();
+            walk(scene, &mut Render { scene, viewpoint, cameras: &cameras, size: self.size, view })?;
+            let Frame { size, background, draws, statistics } = &mut view.frame;
+            (*size, *background) = (self.size, self.background.linear());
+            statistics.draw_calls = draws.iter().map(Draw::calls).sum();
+            statistics.triangles = draws.iter().map(Draw::triangles).sum();
+            view.end(self, scene);
+        }
+        Ok(&view.frame)
     }
 }
 
@@ -121,15 +128,16 @@ pub(super) fn find_camera(scene: &Scene, name: Option<&str>) -> Result<Arc<Place
         name: Option<&'s str>,
         found: Option<Arc<PlacedCamera>>,
         seen: Vec<String>,
-        last: *const PlacedCamera,
+        /// Held, so that no other camera gets its address.
+        last: Option<Arc<PlacedCamera>>,
     }
     impl Find<'_> {
         fn look(&mut self, state: &State) {
             let Some(camera) = &state.camera else { return };
-            if self.last == Arc::as_ptr(camera) || self.found.is_some() {
+            if self.last.as_ref().is_some_and(|last| Arc::ptr_eq(last, camera)) || self.found.is_some() {
                 return;
             }
-            self.last = Arc::as_ptr(camera);
+            self.last = Some(Arc::clone(camera));
             let name = self.scene.name(camera.key);
             self.seen.extend(name.map(str::to_owned));
             if self.name.is_none() || self.name == name {
@@ -146,7 +154,7 @@ pub(super) fn find_camera(scene: &Scene, name: Option<&str>) -> Result<Arc<Place
             self.look(state);
         }
     }
-    let mut find = Find { scene, name, found: None, seen: Vec::new(), last: std::ptr::null() };
+    let mut find = Find { scene, name, found: None, seen: Vec::new(), last: None };
     walk(scene, &mut find)?;
     find.found.ok_or_else(|| match name {
         None => ActionError::NoCamera,
@@ -163,10 +171,10 @@ pub(super) fn find_camera(scene: &Scene, name: Option<&str>) -> Result<Arc<Place
 
 struct Render<'s> {
     scene: &'s Scene,
-    view: Viewpoint,
+    viewpoint: Viewpoint,
+    cameras: &'s Cameras<'s>,
     size: [u32; 2],
-    draws: Vec<Draw>,
-    statistics: Statistics,
+    view: &'s mut View,
 }
 
 impl Visitor for Render<'_> {
@@ -174,23 +182,27 @@ impl Visitor for Render<'_> {
         // A camera acts on what follows it.
         if state.camera.is_some() {
             let shape_cx = ShapeContext {
-                scene: self.scene,
-                state,
-                path,
-                viewpoint: Some(&self.view),
-                surface: Surface::default(),
+                viewpoint: Some(&self.viewpoint),
+                cameras: Some(self.cameras),
+                ..ShapeContext::new(self.scene, state, path)
             };
+            let kept = self.view.take(path);
+            let first = self.view.frame.draws.len();
             let mut cx = DrawContext {
                 shape: shape_cx,
-                view: &self.view,
+                view: &self.viewpoint,
                 size: self.size,
-                draws: &mut self.draws,
-                statistics: &mut self.statistics,
+                freeze: self.view.freeze,
+                kept,
+                draws: &mut self.view.frame.draws,
+                statistics: &mut self.view.frame.statistics,
             };
-            let first = cx.draws.len();
-            shape.draw(&mut cx).map_err(|e| shape_cx.error(e))?;
+            let drawn = shape.draw(&mut cx);
+            let kept = cx.kept;
+            self.view.keep(kept);
+            drawn.map_err(|e| shape_cx.error(e))?;
             // In f64 there is room for more than a GPU can be told.
-            if !self.draws.iter().skip(first).all(Draw::is_finite) {
+            if !self.view.frame.draws.iter().skip(first).all(Draw::is_finite) {
                 return Err(shape_cx.error(ShapeError::BeyondFloats));
             }
         }
@@ -207,6 +219,9 @@ pub struct DrawContext<'a> {
     pub view: &'a Viewpoint,
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
+    /// Whether detail that was chosen before is to be kept; see [`View::freeze`].
+    pub freeze: bool,
+    kept: Option<Kept>,
     draws: &'a mut Vec<Draw>,
     /// Counts to add to.
     pub statistics: &'a mut Statistics,
@@ -224,6 +239,18 @@ impl DrawContext<'_> {
     #[must_use]
     pub fn local_frustum(&self) -> Frustum {
         self.view.frustum().pulled_back(&self.eye_from_local())
+    }
+
+    /// What this occurrence of the shape kept in the last frame, or the default. Give it to [`DrawContext::keep`] when done.
+    #[must_use]
+    pub fn take_kept<T: Any + Default + Send + Sync>(&mut self) -> Box<T> {
+        let kept: Option<Box<dyn Any>> = self.kept.take().map(|kept| kept as Box<dyn Any>);
+        kept.and_then(|kept| kept.downcast().ok()).unwrap_or_default()
+    }
+
+    /// Keeps a value for the next frame of the same [`View`], instead of any that was kept before.
+    pub fn keep<T: Any + Send + Sync>(&mut self, value: Box<T>) {
+        self.kept = Some(value);
     }
 
     /// Adds a draw. `local_from_rel` takes the coordinates that the geometry is given in to local ones; its products with

@@ -1,11 +1,12 @@
 //! What a walk knows at a point of the graph: the sum of the properties before it.
 
+use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use super::{ActionError, PlacedCamera, ShapeError, Surface, Viewpoint};
+use super::{ActionError, Cameras, PlacedCamera, ShapeError, Surface, Viewpoint};
 use crate::node::{Complexity, Material};
 use crate::scene::{Image, NodeKey, Path, Scene};
 
@@ -177,9 +178,19 @@ pub struct ShapeContext<'a> {
     pub viewpoint: Option<&'a Viewpoint>,
     /// Which surface of a terrain a ray is to meet; other questions do not look at it.
     pub surface: Surface,
+    /// The other cameras of the scene, for shapes that ask for one by name.
+    pub cameras: Option<&'a Cameras<'a>>,
+    /// What the shape kept when it was drawn, where that decides: in a view that is frozen.
+    pub kept: Option<&'a (dyn Any + Send + Sync)>,
 }
 
-impl ShapeContext<'_> {
+impl<'a> ShapeContext<'a> {
+    /// A place in the scene, seen by no camera.
+    #[must_use]
+    pub fn new(scene: &'a Scene, state: &'a State, path: &'a Path) -> Self {
+        Self { scene, state, path, viewpoint: None, surface: Surface::default(), cameras: None, kept: None }
+    }
+
     /// The image on a texture unit, decoded if need be; `None` if the unit is empty.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use std::path::Path as FilePath;
 use super::error::{Mistake, Problem, ReadError};
 use super::read::{Read, read_file};
 use crate::action::walk::{Visitor, walk};
-use crate::action::{ActionError, ShapeContext, ShapeError, State, Surface};
+use crate::action::{ActionError, ShapeContext, ShapeError, State};
 use crate::node::{Registry, ShapeNode, Texture2};
 use crate::scene::{NodeKey, Path};
 
@@ -71,7 +71,7 @@ impl Visitor for Check<'_> {
     }
 
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
-        let cx = ShapeContext { scene: &self.read.scene, state, path, viewpoint: None, surface: Surface::default() };
+        let cx = ShapeContext::new(&self.read.scene, state, path);
         match (shape.bounds(&cx), path.tail()) {
             (Err(ShapeError::Image(_)), _) => {} // told at its texture
             (Err(error @ ShapeError::HeightField(_)), Some(key)) => {

@@ -13,8 +13,8 @@ use crate::action::{
 };
 use crate::terrain::pick::{CoarseSurface, Fan, LatticeRay, TerrainHit};
 use crate::terrain::{
-    Detail, ExactHit, ExactSurface, HeightField, Instances, LatticeFrame, LatticeView, LodEye, PatchTree,
-    PixelProjection, Resolutions, Samples, Side, Terrain,
+    ActivePatch, Detail, ExactHit, ExactSurface, Frustum, HeightField, Instances, LatticeFrame, LatticeView, LodEye,
+    PatchTree, PixelProjection, Resolutions, Samples, Selection, Side, Terrain,
 };
 
 /// How a terrain is coloured.
@@ -97,9 +97,12 @@ crate::define_node! {
         /// How much detail is drawn and picked: by the error in pixels, by the published precision, or all there is.
         /// Complexity multiplies the allowed error by 4^(1 − 2·value). Without a camera it is full detail.
         pub detail: DetailMode = DetailMode::PixelError(1.0),
+        /// Name of the camera whose view decides the detail, for drawing and picking alike, to look from outside at what it
+        /// gets. None: the camera that the picture is taken from. A name that no camera has is an error.
+        pub lod_camera: Option<String> = None,
         /// Smallest resolution of a patch's side, a power of two, and how many resolutions there are, 2 to 5, each twice
         /// the one before.
-        pub resolutions: (u32, u32) = (16, 3),
+        pub resolutions: (u32, u32) = (8, 2),
         /// Whether patches outside the view are left out when drawing.
         pub culling: bool = true,
         /// How it is coloured.
@@ -174,10 +177,16 @@ impl SeamlessTerrain {
     }
 
     /// What the choice of detail depends on.
-    fn detail(&self, cx: &ShapeContext<'_>, placed: &Placed) -> Detail {
-        let Some(view) = cx.viewpoint else { return Detail::Leaves };
+    fn detail(&self, cx: &ShapeContext<'_>, placed: &Placed) -> Result<Detail, ShapeError> {
+        let lod = match (&self.lod_camera, cx.cameras) {
+            (Some(name), Some(cameras)) => {
+                Some(cameras.viewpoint(Some(name)).map_err(|error| ShapeError::LodCamera(Box::new(error)))?)
+            }
+            _ => None,
+        };
+        let Some(view) = lod.as_ref().or(cx.viewpoint) else { return Ok(Detail::Leaves) };
         let allowed = 4f64.powf(1.0 - 2.0 * cx.state.complexity.value);
-        match self.detail {
+        Ok(match self.detail {
             DetailMode::Full => Detail::Leaves,
             DetailMode::Precision(precision) => {
                 lod_eye(view, cx, placed).map_or(Detail::Leaves, |eye| Detail::precision(precision / allowed, eye))
@@ -186,6 +195,15 @@ impl SeamlessTerrain {
                 tolerance: tolerance * allowed,
                 view: lattice_view(view, &cx.state.model, &placed.frame),
             },
+        })
+    }
+
+    /// The active patches for a query: those that are drawn in a frozen view, otherwise those that the detail asks for.
+    fn selection(&self, cx: &ShapeContext<'_>, placed: &Placed) -> Result<Arc<Selection>, ShapeError> {
+        let kept = cx.kept.and_then(|kept| kept.downcast_ref::<History>()).and_then(|history| history.chosen(placed));
+        match kept {
+            Some(choice) => Ok(Arc::clone(&choice.selection)),
+            None => Ok(placed.tree.select(&placed.terrain, &self.detail(cx, placed)?)),
         }
     }
 }
@@ -256,6 +274,93 @@ fn inverse_of(model: &DAffine3) -> Option<DAffine3> {
     }
     let inverse = model.inverse();
     inverse.is_finite().then_some(inverse)
+}
+
+/// What a terrain keeps from frame to frame.
+#[derive(Debug, Default)]
+struct History {
+    choice: Option<Choice>,
+    /// Whether the list is that of the choice, cut by this view volume.
+    listed: bool,
+    frustum: Option<Frustum>,
+    visible: Vec<ActivePatch>,
+    culled: u64,
+    /// The last list comes last. Frames that are still in use, here or in another thread, hold the others.
+    instances: Vec<Arc<Instances>>,
+}
+
+/// Lists of instances that are kept: one that is drawn, one that waits to be drawn, one that is made.
+const LISTS: usize = 3;
+
+/// A selection with what it was made for.
+#[derive(Debug)]
+struct Choice {
+    tree: Arc<PatchTree>,
+    detail: Detail,
+    selection: Arc<Selection>,
+}
+
+impl History {
+    /// The choice, if it was made for this map.
+    fn chosen(&self, placed: &Placed) -> Option<&Choice> {
+        self.choice.as_ref().filter(|choice| Arc::ptr_eq(&choice.tree, &placed.tree))
+    }
+
+    /// Chooses the active patches; whether that took a new selection.
+    fn choose(&mut self, placed: &Placed, detail: Detail) -> bool {
+        if self.chosen(placed).is_some_and(|choice| choice.detail == detail) {
+            return false;
+        }
+        self.choice = None;
+        let selection = placed.tree.select(&placed.terrain, &detail);
+        self.choice = Some(Choice { tree: Arc::clone(&placed.tree), detail, selection });
+        self.listed = false;
+        true
+    }
+
+    /// The parts to draw of the chosen patches that meet the view volume; of all without one.
+    fn list(&mut self, placed: &Placed, frustum: Option<Frustum>) -> Arc<Instances> {
+        if self.listed
+            && self.frustum == frustum
+            && let Some(last) = self.instances.last()
+        {
+            return Arc::clone(last);
+        }
+        let tree = placed.tree.hierarchy();
+        let pyramid = placed.terrain.pyramid();
+        let outside = |patch: &ActivePatch| {
+            frustum.as_ref().is_some_and(|frustum| {
+                let [[u0, v0], [u1, v1]] = tree.extent(patch.id);
+                let [low, high] = pyramid.range(tree.size(patch.id.level), patch.id.column, patch.id.row);
+                let low = DVec3::new(u0.into(), v0.into(), low);
+                frustum.excludes(low, DVec3::new(u1.into(), v1.into(), high))
+            })
+        };
+        self.visible.clear();
+        self.culled = 0;
+        if let Some(choice) = &self.choice {
+            for patch in choice.selection.patches(tree) {
+                if outside(&patch) {
+                    self.culled += 1;
+                } else {
+                    self.visible.push(patch);
+                }
+            }
+        }
+        // The memory of a list that no frame holds any more, or new one.
+        let free = self.instances.iter().position(|list| Arc::strong_count(list) == 1);
+        let free = free.or((self.instances.len() >= LISTS).then_some(0));
+        let mut list = free.map(|at| self.instances.remove(at)).unwrap_or_default();
+        if Arc::get_mut(&mut list).is_none() {
+            list = Arc::default();
+        }
+        if let Some(list) = Arc::get_mut(&mut list) {
+            list.update(tree, placed.tree.parts(), &self.visible);
+        }
+        self.instances.push(Arc::clone(&list));
+        (self.listed, self.frustum) = (true, frustum);
+        list
+    }
 }
 
 impl Placed {
@@ -378,7 +483,7 @@ impl ShapeNode for SeamlessTerrain {
     fn primitives(&self, cx: &ShapeContext<'_>, sink: &mut dyn FnMut(Triangle)) -> Result<(), ShapeError> {
         let placed = self.placed(cx)?;
         let tree = placed.tree.hierarchy();
-        let selection = placed.tree.select(&placed.terrain, &self.detail(cx, &placed));
+        let selection = self.selection(cx, &placed)?;
         let [cu, cv] = placed.frame.cells.map(f64::from);
         for patch in selection.patches(tree) {
             let fan = Fan::new(placed.terrain.field(), tree, patch.id);
@@ -420,7 +525,7 @@ impl ShapeNode for SeamlessTerrain {
         let pyramid = placed.terrain.pyramid();
         match cx.surface {
             Surface::Coarse => {
-                let selection = placed.tree.select(&placed.terrain, &self.detail(cx, &placed));
+                let selection = self.selection(cx, &placed)?;
                 let surface = CoarseSurface {
                     field,
                     pyramid,
@@ -444,28 +549,17 @@ impl ShapeNode for SeamlessTerrain {
     fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
         let placed = self.placed(&cx.shape)?;
         let tree = placed.tree.hierarchy();
-        let selection = placed.tree.select(&placed.terrain, &self.detail(&cx.shape, &placed));
-        let frustum = cx.local_frustum().pulled_back(&placed.frame.to_local());
-        let mut visible = Vec::new();
-        let mut active = 0;
-        for patch in selection.patches(tree) {
-            active += 1;
-            if self.culling {
-                let [[u0, v0], [u1, v1]] = tree.extent(patch.id);
-                let [low, high] =
-                    placed.terrain.pyramid().range(tree.size(patch.id.level), patch.id.column, patch.id.row);
-                let (a, b) = (DVec3::new(u0.into(), v0.into(), low), DVec3::new(u1.into(), v1.into(), high));
-                if frustum.excludes(a, b) {
-                    continue;
-                }
-            }
-            visible.push(patch);
+        let mut history = cx.take_kept::<History>();
+        if !(cx.freeze && history.chosen(&placed).is_some()) {
+            let detail = self.detail(&cx.shape, &placed)?;
+            cx.statistics.selections += u32::from(history.choose(&placed, detail));
         }
-        let mut instances = Instances::default();
-        instances.update(tree, placed.tree.parts(), &visible);
-        cx.statistics.patches_traversed += u64::from(selection.traversed());
-        cx.statistics.patches_culled += active - visible.len() as u64;
-        cx.statistics.patches_rendered += visible.len() as u64;
+        let frustum = self.culling.then(|| cx.local_frustum().pulled_back(&placed.frame.to_local()));
+        let instances = history.list(&placed, frustum);
+        cx.statistics.patches_traversed += history.chosen(&placed).map_or(0, |c| c.selection.traversed().into());
+        cx.statistics.patches_culled += history.culled;
+        cx.statistics.patches_rendered += history.visible.len() as u64;
+        cx.keep(history);
 
         let color_map = match self.color_mode {
             ColorMode::Plain => cx.shape.image(cx.shape.state.program.color_unit)?.map(|image| ColorMap {
@@ -498,7 +592,7 @@ impl ShapeNode for SeamlessTerrain {
         let draw = TerrainDraw {
             heights: Arc::clone(placed.terrain.field()),
             parts: Arc::clone(placed.tree.parts()),
-            instances: Arc::new(instances),
+            instances,
             anchor,
             color_map,
             levels: u32::from(tree.depth()) + 1,

@@ -12,6 +12,7 @@ use std::any::Any;
 use std::collections::{HashMap, HashSet};
 use std::ops::{Deref, DerefMut};
 use std::path::{Path as FilePath, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use slotmap::SlotMap;
 use thiserror::Error;
@@ -126,6 +127,7 @@ struct Slot {
 /// ```
 #[derive(Debug)]
 pub struct Scene {
+    id: u64,
     slots: SlotMap<NodeKey, Slot>,
     root: NodeKey,
     names: HashMap<String, NodeKey>,
@@ -133,6 +135,8 @@ pub struct Scene {
     resources: Resources,
     source: Option<PathBuf>,
 }
+
+static NEXT_ID: AtomicU64 = AtomicU64::new(1);
 
 impl Default for Scene {
     fn default() -> Self {
@@ -152,7 +156,8 @@ impl Scene {
     pub fn with_root(node: impl Node) -> Self {
         let mut slots = SlotMap::with_key();
         let root = slots.insert(Slot::new(Box::new(node)));
-        Self { slots, root, names: HashMap::new(), version: 1, resources: Resources::default(), source: None }
+        let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
+        Self { id, slots, root, names: HashMap::new(), version: 1, resources: Resources::default(), source: None }
     }
 
     /// The root of the graph.
@@ -185,6 +190,12 @@ impl Scene {
         self.slots.is_empty()
     }
 
+    /// Tells this scene from all others of the process.
+    #[must_use]
+    pub fn id(&self) -> u64 {
+        self.id
+    }
+
     /// Raised by every edit of the scene.
     #[must_use]
     pub fn version(&self) -> u64 {
@@ -206,6 +217,7 @@ impl Scene {
     /// Says which file the scene belongs to; file names in the scene are relative to its folder.
     pub fn set_source(&mut self, path: impl Into<PathBuf>) {
         self.source = Some(path.into());
+        self.version += 1;
     }
 
     /// A file name of the scene as a path that can be opened: relative names are relative to the scene's file.

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Image, ImageError};
@@ -13,6 +14,7 @@ use crate::terrain::{HeightField, HeightFieldError, Terrain};
 pub struct Resources {
     images: Mutex<HashMap<std::path::PathBuf, Result<Arc<Image>, ImageError>>>,
     terrains: Mutex<HashMap<(u64, Option<u64>), TerrainResult>>,
+    version: AtomicU64,
 }
 
 type TerrainResult = Result<Arc<Terrain>, HeightFieldError>;
@@ -61,5 +63,12 @@ impl Resources {
     pub fn forget(&self) {
         self.images.lock().unwrap_or_else(PoisonError::into_inner).clear();
         self.terrains.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.version.fetch_add(1, Ordering::Release);
+    }
+
+    /// Raised whenever files may be read again.
+    #[must_use]
+    pub fn version(&self) -> u64 {
+        self.version.load(Ordering::Acquire)
     }
 }

@@ -15,6 +15,7 @@ pub mod pick;
 pub mod pixel_error;
 pub mod pyramid;
 pub mod selection;
+mod stencil;
 
 pub use data::{Detail, PatchTree, Terrain};
 pub use errors::TileErrors;

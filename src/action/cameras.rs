@@ -1,0 +1,72 @@
+//! The cameras of a scene by name, and the views they give.
+
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use super::render::find_camera;
+use super::{Aabb, ActionError, BoundingBoxAction, CameraError, Viewpoint};
+use crate::node::FieldProblem;
+use crate::scene::Scene;
+
+/// The views that the cameras of a scene give in pictures of one size. Each is worked out when it is asked for first and
+/// kept, so that many shapes and rays can ask.
+///
+/// # Example
+///
+/// ```
+/// use seamount::action::Cameras;
+/// use seamount::prelude::*;
+///
+/// let mut scene = Scene::new();
+/// let root = scene.root();
+/// let camera = scene.add(root, PerspectiveCamera { position: Some(DVec3::Z), ..PerspectiveCamera::default() })?;
+/// scene.set_name(camera, "above")?;
+/// let cameras = Cameras::new(&scene, [640, 480]);
+/// assert_eq!(cameras.viewpoint(Some("above"))?.eye, DVec3::Z);
+/// assert!(cameras.viewpoint(Some("below")).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Cameras<'s> {
+    scene: &'s Scene,
+    size: [u32; 2],
+    bounds: OnceLock<Result<Option<Aabb>, ActionError>>,
+    found: Mutex<Vec<(Option<String>, Viewpoint)>>,
+}
+
+impl<'s> Cameras<'s> {
+    /// The cameras of a scene for pictures of so many pixels in width and height.
+    #[must_use]
+    pub fn new(scene: &'s Scene, size: [u32; 2]) -> Self {
+        Self { scene, size, bounds: OnceLock::new(), found: Mutex::default() }
+    }
+
+    /// The view of the camera with this name, or of the first one.
+    ///
+    /// # Errors
+    ///
+    /// When the picture has no pixels, there is no such camera, it can not be used, or a shape that near and far depend on
+    /// can not be had.
+    pub fn viewpoint(&self, name: Option<&str>) -> Result<Viewpoint, ActionError> {
+        let [width, height] = self.size;
+        if width == 0 || height == 0 {
+            return Err(ActionError::Viewport(width, height));
+        }
+        let found = || self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, view)) = found().iter().find(|(known, _)| known.as_deref() == name) {
+            return Ok(*view);
+        }
+        let camera = find_camera(self.scene, name)?;
+        // The lock is not held meanwhile: the walk asks shapes that may be defined anywhere.
+        let bounds = self.bounds.get_or_init(|| BoundingBoxAction::default().apply(self.scene)).clone()?;
+        let refused = |error| ActionError::Camera { error, path: camera.path.names(self.scene) };
+        let view = camera.viewpoint(self.size, bounds).map_err(refused)?;
+        // Fields set in code were not checked by a reader: an angle beyond π has a tangent like any other.
+        if let Some(node) = self.scene.node(camera.key)
+            && let Some(FieldProblem { field, message }) = node.problems().into_iter().next()
+        {
+            return Err(refused(CameraError::Field { field, message }));
+        }
+        found().push((name.map(str::to_owned), view));
+        Ok(view)
+    }
+}

@@ -1,0 +1,96 @@
+//! What a frame takes from the allocator: nothing while the camera stands still, and when it moves a number that does not
+//! depend on how many patches there are.
+#![allow(missing_docs, reason = "a test")]
+#![allow(unsafe_code, reason = "counting allocations takes an allocator of one's own, whose trait is unsafe")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use seamount::prelude::*;
+use seamount::terrain::generate;
+
+thread_local! {
+    /// Calls and bytes of this thread.
+    static TAKEN: Cell<[usize; 2]> = const { Cell::new([0; 2]) };
+}
+
+struct Counting;
+
+// SAFETY: every call goes to the system's allocator unchanged. Counting touches a thread local that needs no memory and no
+// destructor.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        TAKEN.set([TAKEN.get()[0] + 1, TAKEN.get()[1] + layout.size()]);
+        // SAFETY: the caller's promises are those that the system asks for.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as above; the pointer came from `alloc`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        TAKEN.set([TAKEN.get()[0] + 1, TAKEN.get()[1] + size]);
+        // SAFETY: as above; the pointer came from `alloc`.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Most allocations and bytes that a frame of the scene below may take while the camera moves: the paths, states and view
+/// volumes of its three walks.
+const CALLS: usize = 60;
+const BYTES: usize = 8 << 10;
+
+#[test]
+fn a_warm_frame_allocates_nothing_or_a_small_constant() {
+    let field = generate(1025, 3).unwrap();
+    let pixels = (0..1025).flat_map(|r| (0..1025).map(move |c| (c, r))).map(|(c, r)| field.raw(c, r) as u16).collect();
+    let mut scene = Scene::new();
+    let root = scene.root();
+    let camera = scene.add(root, PerspectiveCamera::default()).unwrap();
+    scene.add(root, DirectionalLight::default()).unwrap();
+    scene.add(root, Texture2::from_image(Image::new(1025, 1025, Pixels::Gray16(pixels)).unwrap())).unwrap();
+    let land = SeamlessTerrain { scale: 100.0, max_height: 10.0, resolutions: (4, 2), ..SeamlessTerrain::default() };
+    let terrain = scene.add(root, land).unwrap();
+    let mut view = View::default();
+    let action = RenderAction::new(1280, 720);
+
+    let mut of_tolerance = Vec::new();
+    for tolerance in [16.0, 1.0] {
+        scene.edit::<SeamlessTerrain>(terrain).unwrap().detail = DetailMode::PixelError(tolerance);
+        let (mut most, mut patches) = ([0; 2], u64::MAX);
+        // The first time round warms up: buffers grow to what the circle needs.
+        for k in 0..120 {
+            let angle = f64::from(k) / 60.0 * std::f64::consts::TAU;
+            {
+                let mut camera = scene.edit::<PerspectiveCamera>(camera).unwrap();
+                camera.position = Some(DVec3::new(50.0 + 60.0 * angle.cos(), 50.0 + 60.0 * angle.sin(), 25.0));
+                camera.look_at = Some(DVec3::new(50.0, 50.0, 0.0));
+            }
+            let taken = |action: &RenderAction, view: &mut View| {
+                let before = TAKEN.get();
+                let patches = action.apply_in(&scene, view).unwrap().statistics.patches_rendered;
+                let after = TAKEN.get();
+                ([after[0] - before[0], after[1] - before[1]], patches)
+            };
+            let (moving, drawn) = taken(&action, &mut view);
+            let (still, _) = taken(&action, &mut view);
+            assert_eq!(still, [0, 0], "a still camera allocates");
+            if k >= 60 {
+                most = [most[0].max(moving[0]), most[1].max(moving[1])];
+                patches = patches.min(drawn);
+            }
+        }
+        println!("τ = {tolerance}: at most {} allocations of {} bytes; at least {patches} patches", most[0], most[1]);
+        assert!(most[0] <= CALLS && most[1] <= BYTES, "{most:?}");
+        of_tolerance.push((most, patches));
+    }
+    // The counts are of frames that differ in what they show, and the same.
+    let [(few, small), (many, large)] = of_tolerance[..] else { panic!("two") };
+    assert!(large > 8 * small, "{small} and {large} patches");
+    assert_eq!(few, many);
+}
