@@ -101,7 +101,8 @@ crate::define_node! {
         /// gets. None: the camera that the picture is taken from. A name that no camera has is an error.
         pub lod_camera: Option<String> = None,
         /// Smallest resolution of a patch's side, a power of two, and how many resolutions there are, 2 to 5, each twice
-        /// the one before.
+        /// the one before. The default was chosen by measurement: few triangles for a given error, with patches that are
+        /// still few enough to choose among in no time.
         pub resolutions: (u32, u32) = (8, 2),
         /// Whether patches outside the view are left out when drawing.
         pub culling: bool = true,

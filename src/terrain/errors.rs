@@ -21,7 +21,8 @@
 //! # Cost
 //!
 //! A patch of w × w cells costs about w² per resolution; each level of the tree visits the map n times, so a map of N
-//! samples costs about n · N · log(N)/2 log(R) integer operations. Memory: 4 · n floats per patch.
+//! samples costs about n · N · log(N)/2 log(R) integer operations. The half strips of small patches are evaluated by
+//! stencils, which are worked out once per level. Memory: 4 · n floats per patch.
 
 use super::height_field::{HeightField, Samples};
 use super::hierarchy::{Hierarchy, PatchId};
