@@ -14,7 +14,7 @@ use super::{
     ActionError, BoundingBoxAction, CameraError, DebugColor, Lens, PlacedCamera, PlacedLight, ShapeContext, ShapeError,
     State, Viewpoint,
 };
-use crate::node::{Color, FieldProblem, ShapeNode, Triangle};
+use crate::node::{Color, ShapeNode, Triangle};
 use crate::scene::{Path, Scene};
 use crate::terrain::Frustum;
 
@@ -69,7 +69,7 @@ impl RenderAction {
         let view = camera.viewpoint([width, height], bounds).map_err(refused)?;
         // Fields set in code were not checked by a reader: an angle beyond π has a tangent like any other.
         match scene.node(camera.key).and_then(|node| node.problems().into_iter().next()) {
-            Some(FieldProblem { field, message }) => Err(refused(CameraError::Field { field, message })),
+            Some(problem) => Err(refused(CameraError::Field(Box::new(problem)))),
             None => Ok(view),
         }
     }
