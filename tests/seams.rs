@@ -329,7 +329,8 @@ fn lattice_camera(rng: &mut common::Rng, terrain: &Terrain) -> LatticeView {
     let pitch = match rng.below(4) {
         0 => 0.0,
         1 => rng.range(-0.1, 0.1),
-        2 => -std::f64::consts::FRAC_PI_2,
+        // Straight down but for what a yaw needs.
+        2 => 1e-6 - std::f64::consts::FRAC_PI_2,
         _ => rng.range(-1.57, 1.57),
     };
     let forward = DVec3::new(yaw.cos() * pitch.cos(), yaw.sin() * pitch.cos(), pitch.sin());

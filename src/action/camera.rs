@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use thiserror::Error;
 
 use super::{Aabb, Lens, Viewpoint};
-use crate::node::CameraFields;
+use crate::node::{CameraFields, FieldProblem};
 use crate::scene::{NodeKey, Path};
 
 /// Why a camera gives no picture.
@@ -29,13 +29,8 @@ pub enum CameraError {
     #[error("the camera's place is not finite")]
     NotFinite,
     /// A field has a value that can not be used.
-    #[error("{field}: {message}")]
-    Field {
-        /// Name of the field.
-        field: &'static str,
-        /// What is wrong.
-        message: String,
-    },
+    #[error("{}: {}", .0.field, .0.message)]
+    Field(Box<FieldProblem>),
 }
 
 /// A camera node with the transform that was in force where it stands.

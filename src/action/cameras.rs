@@ -4,7 +4,6 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use super::render::find_camera;
 use super::{Aabb, ActionError, BoundingBoxAction, CameraError, Viewpoint};
-use crate::node::FieldProblem;
 use crate::scene::Scene;
 
 /// The views that the cameras of a scene give in pictures of one size. Each is worked out when it is asked for first and
@@ -62,9 +61,9 @@ impl<'s> Cameras<'s> {
         let view = camera.viewpoint(self.size, bounds).map_err(refused)?;
         // Fields set in code were not checked by a reader: an angle beyond π has a tangent like any other.
         if let Some(node) = self.scene.node(camera.key)
-            && let Some(FieldProblem { field, message }) = node.problems().into_iter().next()
+            && let Some(problem) = node.problems().into_iter().next()
         {
-            return Err(refused(CameraError::Field { field, message }));
+            return Err(refused(CameraError::Field(Box::new(problem))));
         }
         found().push((name.map(str::to_owned), view));
         Ok(view)
