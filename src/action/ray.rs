@@ -1,4 +1,5 @@
 //! Rays and their meeting with triangles, in f64.
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 use glam::{DAffine3, DVec2, DVec3};
 use thiserror::Error;

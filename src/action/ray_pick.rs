@@ -1,4 +1,5 @@
 //! Where a ray meets the scene.
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 use std::ops::ControlFlow;
 

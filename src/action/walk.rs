@@ -3,6 +3,7 @@
 //! Depth first, left to right. Properties change the [`State`]; groups decide which children are walked and what of the
 //! state survives; shapes are handed to a visitor. The walk keeps its own stack, so that a deep graph costs memory, not
 //! the thread's stack.
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 use std::ops::ControlFlow;
 use std::sync::Arc;

@@ -38,6 +38,7 @@
 //! assert_eq!(error.to_string(), "3:20: unknown node `Cubs`, did you mean `Cube`?");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 mod check;
 mod error;

@@ -1,4 +1,5 @@
 //! Pictures in memory, at the depth of their file.
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -120,7 +120,7 @@ fn stencils(tree: &Hierarchy, level: u8, half_strips: &HalfStrips, columns: u32)
 }
 
 /// The smallest f32 that is not below.
-fn round_up(value: f64) -> f32 {
+pub(super) fn round_up(value: f64) -> f32 {
     let rounded = value as f32;
     if f64::from(rounded) < value { rounded.next_up() } else { rounded }
 }

@@ -25,6 +25,7 @@
 //! # Rounding
 //!
 //! See [`ExactHit::error`].
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 mod walk;
 

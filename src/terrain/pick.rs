@@ -19,10 +19,11 @@
 //!
 //! Steps go from grid line to grid line by integer index, never by "a little further", so their number is bounded: each
 //! level of the tree visits at most `columns + rows` blocks.
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 use glam::DVec3;
 
-use super::errors::triangle_error;
+use super::errors::{round_up, triangle_error};
 use super::height_field::HeightField;
 use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::Side;
@@ -79,8 +80,13 @@ impl Fan {
     /// Corners of the triangle at a side: along the side clockwise, then the centre.
     #[must_use]
     pub fn triangle(&self, side: Side) -> [DVec3; 3] {
-        let k = side as usize;
-        [self.corners[k], self.corners[(k + 1) % 4], self.center]
+        let [nw, ne, se, sw] = self.corners;
+        match side {
+            Side::North => [nw, ne, self.center],
+            Side::East => [ne, se, self.center],
+            Side::South => [se, sw, self.center],
+            Side::West => [sw, nw, self.center],
+        }
     }
 
     /// Twice the area of the triangle at a side, in cells; 0 where it is clamped to the border of the map.
@@ -157,20 +163,9 @@ impl FanErrors {
     #[must_use]
     pub fn new(field: &HeightField, tree: &Hierarchy) -> Self {
         use rayon::prelude::*;
-        let mut errors = vec![0.0f32; tree.len()];
-        for level in 0..=tree.depth() {
-            let patches: Vec<PatchId> = tree.patches(level).collect();
-            let Some(&first) = patches.first() else {
-                continue;
-            };
-            let start = tree.index(first);
-            let target = &mut errors[start..start + patches.len()];
-            target.par_iter_mut().zip(patches).for_each(|(error, patch)| {
-                let exact = fan_error(field, tree, patch);
-                let rounded = exact as f32;
-                *error = if f64::from(rounded) < exact { rounded.next_up() } else { rounded };
-            });
-        }
+        // In the tree's own order: level by level, row by row.
+        let patches: Vec<PatchId> = (0..=tree.depth()).flat_map(|level| tree.patches(level)).collect();
+        let errors = patches.par_iter().map(|&patch| round_up(fan_error(field, tree, patch))).collect();
         Self { errors }
     }
 
@@ -410,9 +405,8 @@ impl Walk<'_, '_> {
         // Spokes that the ray's line crosses: each corner and the centre lie on one side of the line.
         let side_of = |p: DVec3| d.x * (p.y - self.ray.origin.y) - d.y * (p.x - self.ray.origin.x);
         let center = side_of(fan.center);
-        let mut cuts = [near; 6];
-        let mut count = 1;
-        for corner in fan.corners {
+        let mut cuts = [far; 4];
+        for (cut, corner) in cuts.iter_mut().zip(fan.corners) {
             let s = side_of(corner);
             if (s < 0.0) != (center < 0.0) {
                 let along = s / (s - center);
@@ -423,15 +417,13 @@ impl Walk<'_, '_> {
                     (p.y - self.ray.origin.y) / d.y
                 };
                 if t > near && t < far {
-                    cuts[count] = t;
-                    count += 1;
+                    *cut = t;
                 }
             }
         }
-        cuts[1..count].sort_unstable_by(f64::total_cmp);
-        cuts[count] = far;
-        for k in 0..count {
-            let (from, to) = (cuts[k], cuts[k + 1]);
+        cuts.sort_unstable_by(f64::total_cmp);
+        let mut from = near;
+        for to in cuts.into_iter().chain([far]) {
             let middle = self.ray.at(0.5 * (from + to));
             let side = fan.side_at(middle.x, middle.y);
             let above = |t: f64| {
@@ -439,9 +431,13 @@ impl Walk<'_, '_> {
                 p.z - fan.height(side, p.x, p.y)
             };
             let (f0, f1) = (above(from), above(to));
-            if !self.piece(&fan, patch, side, [from, to], [f0, f1], k == 0) {
+            if !self.piece(&fan, patch, side, [from, to], [f0, f1], from == near) {
                 return false;
             }
+            if to >= far {
+                break;
+            }
+            from = to;
         }
         true
     }

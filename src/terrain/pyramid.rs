@@ -44,7 +44,7 @@ pub(super) struct Level<T> {
 }
 
 /// A type of samples.
-pub(super) trait Height: Copy + PartialOrd + Into<f64> + Send + Sync {
+pub(super) trait Height: Copy + Default + PartialOrd + Into<f64> + Send + Sync {
     /// The value a fraction `s` of 0..=1 from `a` to `b`: never outside of the two, and exactly `a` or `b` at the ends.
     fn between(a: Self, b: Self, s: f64) -> f64;
 }

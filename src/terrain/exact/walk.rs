@@ -221,10 +221,14 @@ pub(super) fn walk<T: Height, F: FnMut(ExactHit) -> bool>(
     limit - walk.left
 }
 
+/// The range of heights of a block that is not there: nothing is skipped for it.
+const ANYTHING: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
 impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
     #[inline(always)]
     fn sample(&self, column: usize, row: usize) -> T {
-        self.samples[row * (self.u.cells as usize + 1) + column]
+        // Columns and rows are clamped to the map by whoever steps.
+        self.samples.get(row * (self.u.cells as usize + 1) + column).copied().unwrap_or_default()
     }
 
     #[inline(always)]
@@ -234,7 +238,10 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
 
     /// Smallest and largest height of a map.
     fn range(&self) -> [f64; 2] {
-        self.levels.last().map_or([f64::NEG_INFINITY, f64::INFINITY], |l| [l.low[0].into(), l.high[0].into()])
+        match self.levels.last().map(|l| (l.low.first(), l.high.first())) {
+            Some((Some(&low), Some(&high))) => [low.into(), high.into()],
+            _ => ANYTHING,
+        }
     }
 
     fn run(&mut self) {
@@ -309,7 +316,10 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
                 let [low, high] = match block {
                     Some(block) => {
                         let at = place.row * block.columns as usize + place.column;
-                        [block.low[at].into(), block.high[at].into()]
+                        match (block.low.get(at), block.high.get(at)) {
+                            (Some(&low), Some(&high)) => [low.into(), high.into()],
+                            _ => ANYTHING,
+                        }
                     }
                     None if level == 0 => self.cell_range(place.column, place.row),
                     None => self.range(),
@@ -372,9 +382,10 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
     fn cell_range(&self, column: usize, row: usize) -> [f64; 2] {
         let width = self.u.cells as usize + 1;
         let at = row * width + column;
-        let (north, south) = (&self.samples[at..at + 2], &self.samples[at + width..at + width + 2]);
-        let low = smaller(smaller(north[0], north[1]), smaller(south[0], south[1]));
-        let high = larger(larger(north[0], north[1]), larger(south[0], south[1]));
+        let rows = (self.samples.get(at..at + 2), self.samples.get(at + width..at + width + 2));
+        let (Some(&[nw, ne]), Some(&[sw, se])) = rows else { return ANYTHING };
+        let low = smaller(smaller(nw, ne), smaller(sw, se));
+        let high = larger(larger(nw, ne), larger(sw, se));
         [low.into(), high.into()]
     }
 
