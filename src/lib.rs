@@ -19,10 +19,12 @@
 //! scene.add(root, Texture2::from_image(Image::new(5, 5, Pixels::GrayF32(heights))?))?;
 //! scene.add(root, SeamlessTerrain { scale: 100.0, max_height: 10.0, ..SeamlessTerrain::default() })?;
 //!
-//! // Where does a ray from above meet the ground?
+//! // Where does a ray from above meet the ground? Exactly, or on the coarse triangles with the bound of their error.
 //! let ray = Ray::new(DVec3::new(50.0, 50.0, 1000.0), DVec3::NEG_Z)?;
-//! let hits = RayPickAction::ray(ray).apply(&scene)?;
-//! assert_eq!(hits[0].point, DVec3::new(50.0, 50.0, 40.0));
+//! let exact = RayPickAction { surface: Surface::Exact, ..RayPickAction::ray(ray) }.apply(&scene)?;
+//! assert_eq!(exact[0].point, DVec3::new(50.0, 50.0, 40.0));
+//! let coarse = RayPickAction::ray(ray).apply(&scene)?;
+//! assert!((coarse[0].point.z - 40.0).abs() <= coarse[0].error_bound.expect("a terrain knows its error"));
 //!
 //! // And how large is it all?
 //! let bounds = BoundingBoxAction::default().apply(&scene)?.expect("not empty");
