@@ -1,6 +1,6 @@
 //! Draws Mount Fuji with a wgpu device, queue and texture of the program's own, as an application with a window would.
 //!
-//! Writes a PNG to the path given, or to `target/own_device.png`.
+//! Writes `own_device.png` to the folder given, or to `target`.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -13,7 +13,8 @@ const SIZE: wgpu::Extent3d = wgpu::Extent3d { width: 1024, height: 576, depth_or
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Bgra8Unorm;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let path = std::env::args_os().nth(1).map_or_else(|| PathBuf::from("target/own_device.png"), PathBuf::from);
+    let folder = std::env::args_os().nth(1).map_or_else(|| PathBuf::from("target"), PathBuf::from);
+    let path = folder.join("own_device.png");
 
     // The program's own device, as it needs it for its other work. Large maps need the adapter's own limits.
     let instance = wgpu::Instance::default();
