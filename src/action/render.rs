@@ -325,7 +325,6 @@ impl DrawContext<'_> {
     /// What `primitives` returns.
     pub fn draw_primitives(
         &mut self,
-        _kind: &'static str,
         primitives: impl FnOnce(&ShapeContext<'_>, &mut dyn FnMut(Triangle)) -> Result<(), ShapeError>,
     ) -> Result<(), ShapeError> {
         let mut triangles: Vec<Triangle> = Vec::new();

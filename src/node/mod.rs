@@ -346,7 +346,7 @@ pub trait ShapeNode: Node {
     ///
     /// As for [`ShapeNode::bounds`].
     fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
-        cx.draw_primitives(self.info().kind, |shape_cx, sink| self.primitives(shape_cx, sink))
+        cx.draw_primitives(|shape_cx, sink| self.primitives(shape_cx, sink))
     }
 }
 
