@@ -1,6 +1,7 @@
 //! The terrain engine: heights, patches, detail and picks. No scene graph and no GPU in it.
 
 pub mod data;
+pub mod drawn;
 pub mod errors;
 pub mod exact;
 mod fill;
@@ -18,6 +19,7 @@ pub mod selection;
 mod stencil;
 
 pub use data::{Detail, PatchTree, Terrain};
+pub use drawn::{DrawnSurface, DrawnTriangle};
 pub use errors::TileErrors;
 pub use exact::{ExactHit, ExactSurface, SurfacePoint};
 pub use frustum::Frustum;

@@ -1,0 +1,63 @@
+//! The surface that is on the screen: the very triangles of tiles and strips of the active patches, in f64.
+//!
+//! Whoever has to agree with a picture asks here: the pick on the drawn surface, the measure of the error on the screen, tests
+//! that count vertices. What decides a triangle's place is written down once.
+
+use super::errors::place;
+use super::height_field::HeightField;
+use super::hierarchy::Hierarchy;
+use super::parts::{Part, Parts, parts_of};
+use super::selection::{ActivePatch, Selection};
+
+/// A triangle as it is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrawnTriangle {
+    /// Which tile or strip it belongs to.
+    pub part: Part,
+    /// Corners on the lattice, clamped to the map; counter-clockwise seen from above. Two may be the same, or all three on a
+    /// line, where the patch crosses the border of the map.
+    pub corners: [[u32; 2]; 3],
+    /// Raw heights of the corners.
+    pub heights: [f64; 3],
+}
+
+/// The triangles of a selection.
+///
+/// # Example
+///
+/// ```
+/// use seamount::terrain::{DrawnSurface, Full, Hierarchy, Parts, Resolutions, Selection, generate};
+///
+/// let field = generate(33, 1)?;
+/// let resolutions = Resolutions::new(8, 2)?;
+/// let (tree, parts) = (Hierarchy::new(field.cells(), resolutions), Parts::new(resolutions));
+/// let selection = Selection::of(&tree, &Full);
+/// let drawn = DrawnSurface { field: &field, tree: &tree, parts: &parts, selection: &selection };
+/// let triangles: usize = selection.patches(&tree).map(|patch| drawn.triangles(patch).count()).sum();
+/// assert_eq!(triangles, 2 * 32 * 32); // every cell of the map
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct DrawnSurface<'t> {
+    /// The heights.
+    pub field: &'t HeightField,
+    /// The patches.
+    pub tree: &'t Hierarchy,
+    /// The meshes that patches are put together from.
+    pub parts: &'t Parts,
+    /// Which patches are active.
+    pub selection: &'t Selection,
+}
+
+impl<'t> DrawnSurface<'t> {
+    /// The triangles of one active patch of the selection.
+    pub fn triangles(&self, patch: ActivePatch) -> impl Iterator<Item = DrawnTriangle> + use<'t> {
+        let Self { field, tree, parts, .. } = *self;
+        parts_of(patch.sides).into_iter().flat_map(move |part| {
+            parts.triangles(part).iter().map(move |triangle| {
+                let corners = place(tree, patch.id, triangle);
+                DrawnTriangle { part, corners, heights: corners.map(|[u, v]| field.raw(u, v)) }
+            })
+        })
+    }
+}
