@@ -4,85 +4,19 @@
 //! and draw calls after culling, and the time of a selection, at an error of one pixel, as the mean over the same eyes on
 //! five maps; and what the errors of the tiles take in time and memory.
 
+#[path = "../tests/common/maps.rs"]
+mod maps;
+
 use std::hint::black_box;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
-use glam::{DAffine3, DVec2, DVec3};
-use seamount::action::{Lens, Viewpoint};
-use seamount::node::{SeamlessTerrain, lattice_view};
-use seamount::prelude::*;
-use seamount::terrain::{
-    Hierarchy, Instances, LatticeFrame, LatticeView, Parts, PixelError, Resolutions, Selection, Terrain, TileErrors,
-    generate,
-};
+use maps::{Map, maps};
+use seamount::terrain::{Hierarchy, Instances, Parts, PixelError, Resolutions, Selection, TileErrors, generate};
 
 const EYES: u32 = 20;
 
 /// Selections are short: the mean of so many is taken.
 const REPEATS: u32 = 20;
-
-struct Map {
-    name: &'static str,
-    terrain: Terrain,
-    views: Vec<LatticeView>,
-}
-
-fn maps() -> Vec<Map> {
-    let metres = |x, y| SeamlessTerrain {
-        size: Some(DVec2::new(x, y)),
-        max_height: 65_535.0,
-        base_height: -1_000.0,
-        ..SeamlessTerrain::default()
-    };
-    let walls = SeamlessTerrain { scale: 700.0, max_height: 100.0, ..SeamlessTerrain::default() };
-    [
-        ("fuji", Some(0.0), metres(90_600.0, 111_240.0)),
-        ("andes", None, metres(93_840.0, 111_240.0)),
-        ("jacksboro", None, metres(29_949.0, 31_796.0)),
-        ("puget", None, metres(163_840.0, 163_840.0)),
-        ("walls", None, walls),
-    ]
-    .into_iter()
-    .map(|(name, void, node)| {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.png"));
-        let image = Image::open(&path).expect("the maps are in the repository");
-        let field = image.height_field(void).expect("large enough");
-        let frame = node.frame(&field);
-        let terrain = Terrain::new(field);
-        let views = (0..EYES).map(|k| view(&terrain, &frame, k)).collect();
-        Map { name, terrain, views }
-    })
-    .collect()
-}
-
-/// Eye number k of a flight that spirals down from a fifth of the map's length above the ground to a few metres above it,
-/// looking ahead and down at first and level at last, in a picture of 1280 × 720.
-fn view(terrain: &Terrain, frame: &LatticeFrame, k: u32) -> LatticeView {
-    let done = f64::from(k) / f64::from(EYES - 1);
-    let [dx, dy] = frame.cell_size;
-    let [cu, cv] = frame.cells.map(f64::from);
-    let angle = 2.4 * f64::from(k);
-    let (u, v) = (0.5 + 0.4 * done * angle.cos(), 0.5 + 0.4 * done * angle.sin());
-    let ground = terrain.field().surface(u * cu, (1.0 - v) * cv).expect("on the map");
-    let above = cu * dx * 0.2 * 0.01f64.powf(done);
-    let eye = DVec3::new(u * cu * dx, v * cv * dy, frame.base + ground * frame.z_step + above);
-    let (yaw, pitch) = (angle + 2.0, -0.8 * (1.0 - done));
-    let forward = DVec3::new(yaw.cos() * pitch.cos(), yaw.sin() * pitch.cos(), pitch.sin());
-    let right = forward.cross(DVec3::Z).normalize();
-    let view = Viewpoint {
-        eye,
-        right,
-        up: right.cross(forward),
-        forward,
-        lens: Lens::Perspective { tan_half_height: 0.41 },
-        aspect: 16.0 / 9.0,
-        pixels: 720.0,
-        near: 1.0,
-        far: None,
-    };
-    lattice_view(&view, &DAffine3::IDENTITY, frame)
-}
 
 #[derive(Default)]
 struct Cost {
@@ -101,23 +35,15 @@ impl Cost {
         let tree_shape = tree.hierarchy();
         let mut selection = Selection::new(tree_shape);
         let mut instances = Instances::default();
-        for view in &map.views {
-            let metric = PixelError { tolerance: 1.0, view, errors, pyramid };
+        for view in (0..EYES).map(|k| map.flight(k, EYES)) {
+            let metric = PixelError { tolerance: 1.0, view: &view, errors, pyramid };
             selection.update(tree_shape, &metric);
             let start = Instant::now();
             for _ in 0..REPEATS {
                 selection.update(tree_shape, black_box(&metric));
             }
             self.selection += start.elapsed() / REPEATS;
-            let visible: Vec<_> = selection
-                .patches(tree_shape)
-                .filter(|patch| {
-                    let [[u0, v0], [u1, v1]] = tree_shape.extent(patch.id);
-                    let [low, high] = pyramid.range(tree_shape.size(patch.id.level), patch.id.column, patch.id.row);
-                    let low = DVec3::new(u0.into(), v0.into(), low);
-                    !view.frustum.excludes(low, DVec3::new(u1.into(), v1.into(), high))
-                })
-                .collect();
+            let visible = map.visible(tree_shape, &selection, &view);
             instances.update(tree_shape, tree.parts(), &visible);
             self.triangles += instances.triangles() as f64;
             self.patches += visible.len() as f64;

@@ -1,49 +1,16 @@
 //! The promise τ: no visible point of the mesh is further than τ pixels from where full resolution shows it.
-//!
-//! A share runs by default, all of it with `SEAMOUNT_SOAK=1`.
 #![allow(missing_docs, reason = "a test")]
 
 mod common;
-
-use std::path::Path;
+#[path = "common/maps.rs"]
+mod maps;
 
 use common::Rng;
 use glam::{DAffine3, DVec3};
+use maps::{Map, maps};
 use seamount::action::{Lens, Viewpoint};
 use seamount::node::{SeamlessTerrain, lattice_view};
-use seamount::prelude::*;
-use seamount::terrain::{ActivePatch, Detail, LatticeFrame, Resolutions, Terrain, screen_error};
-
-struct Map {
-    name: &'static str,
-    terrain: Terrain,
-    frame: LatticeFrame,
-}
-
-fn maps() -> Vec<Map> {
-    let metres = |x, y| SeamlessTerrain {
-        size: Some(DVec2::new(x, y)),
-        max_height: 65_535.0,
-        base_height: -1_000.0,
-        ..SeamlessTerrain::default()
-    };
-    let walls = SeamlessTerrain { scale: 700.0, max_height: 100.0, ..SeamlessTerrain::default() };
-    [
-        ("fuji", Some(0.0), metres(90_600.0, 111_240.0)),
-        ("andes", None, metres(93_840.0, 111_240.0)),
-        ("jacksboro", None, metres(29_949.0, 31_796.0)),
-        ("puget", None, metres(163_840.0, 163_840.0)),
-        ("walls", None, walls),
-    ]
-    .into_iter()
-    .map(|(name, void, node)| {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.png"));
-        let field = Image::open(&path).unwrap().height_field(void).unwrap();
-        let frame = node.frame(&field);
-        Map { name, terrain: Terrain::new(field), frame }
-    })
-    .collect()
-}
+use seamount::terrain::{ActivePatch, Detail, Resolutions, screen_error};
 
 /// An eye over (or beside) the map, looking anywhere but up; every fifth camera is orthographic.
 fn view(rng: &mut Rng, map: &Map, k: u32) -> Viewpoint {
@@ -78,8 +45,7 @@ fn view(rng: &mut Rng, map: &Map, k: u32) -> Viewpoint {
 
 #[test]
 fn the_measured_error_is_within_the_allowed_one() {
-    let soak = std::env::var_os("SEAMOUNT_SOAK").is_some();
-    let eyes = if soak { 50 } else { 8 };
+    let eyes = 50;
     for map in maps() {
         let mut rng = Rng(42);
         let (min, count) = SeamlessTerrain::default().resolutions;
