@@ -75,7 +75,8 @@ impl Ground {
     }
 
     fn field(&self) -> HeightField {
-        self.map.height_field(self.terrain.void_sample).unwrap()
+        let field = self.map.height_field(self.terrain.void_sample).unwrap();
+        if self.terrain.voids == VoidMode::Hole { field.with_holes() } else { field }
     }
 
     fn frame(&self) -> LatticeFrame {
@@ -124,9 +125,19 @@ fn check_in(name: &str, ground: &Ground, camera: impl Node + Clone, size: [u32; 
 fn check_at(name: &str, ground: &Ground, camera: impl Node + Clone, size: [u32; 2], detail: DetailMode) {
     let name = format!("{name} at {detail:?}");
     let scene = ground.scene(camera.clone(), detail);
-    let bounds = BoundingBoxAction::default().apply(&scene).unwrap().expect("a box");
-    assert!(bounds.min.is_finite() && bounds.max.is_finite(), "{name}: {bounds:?}");
+    let bounds = BoundingBoxAction::default().apply(&scene).unwrap();
     let frame = action(size).apply(&scene).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let field = ground.field();
+    let Some(bounds) = bounds else {
+        // All of it is hole.
+        let samples = (0..field.rows()).flat_map(|r| (0..field.columns()).map(move |c| (c, r)));
+        assert!({ samples }.all(|(c, r)| field.is_hole(c, r)), "{name} has no box");
+        assert_eq!(frame.statistics.triangles, 0, "{name}");
+        let ray = Ray::new(DVec3::new(7.3, 5.2, 1e6), DVec3::NEG_Z).unwrap();
+        assert!(RayPickAction::ray(ray).apply(&scene).unwrap().is_empty(), "{name}");
+        return;
+    };
+    assert!(bounds.min.is_finite() && bounds.max.is_finite(), "{name}: {bounds:?}");
     check_frame(&name, &frame);
 
     // Uncut, the mesh tiles the whole map.
@@ -135,12 +146,15 @@ fn check_at(name: &str, ground: &Ground, camera: impl Node + Clone, size: [u32; 
     let whole = action(size).apply(&uncut).unwrap();
     assert!(frame.statistics.triangles <= whole.statistics.triangles, "{name}");
     let Geometry::Terrain(draw) = &whole.draws[0].geometry else { panic!("{name} draws no terrain") };
-    check_mesh(&name, draw);
+    if !field.has_holes() {
+        check_mesh(&name, draw);
+    }
     check_picks(&name, ground, &scene, size);
 }
 
 fn check_frame(name: &str, frame: &Frame) {
-    assert_eq!(frame.draws.len(), 1, "{name}");
+    let loose = frame.draws.iter().filter(|draw| draw.effects.geometry.is_loose()).count();
+    assert!(frame.draws.len() == 1 + loose && loose <= 1, "{name}");
     for draw in &frame.draws {
         assert!(draw.clip_from_rel.is_finite(), "{name}: {}", draw.clip_from_rel);
         assert!(draw.eye_from_rel.is_finite(), "{name}: {}", draw.eye_from_rel);
@@ -240,7 +254,7 @@ fn check_picks(name: &str, ground: &Ground, scene: &Scene, size: [u32; 2]) {
             if !detail.wall && frame.z_step != 0.0 {
                 let p = frame.lattice(hit.object_point);
                 let [cu, cv] = frame.cells.map(f64::from);
-                let raw = field.surface(p.x.clamp(0.0, cu), p.y.clamp(0.0, cv)).unwrap();
+                let raw = field.filled_surface(p.x.clamp(0.0, cu), p.y.clamp(0.0, cv)).unwrap();
                 let off = (raw - p.z).abs() * frame.z_step.abs();
                 // The steeper the ground, the more a rounded place matters.
                 let shrink = ground.model().matrix3.inverse();
@@ -387,6 +401,11 @@ mod heights {
                 assert!(all().all(|(c, r)| (low..=high).contains(&field.raw(c, r))), "{name}");
                 check(name, &ground, ground.overview());
                 picture::matches(name, &ground, ground.overview(), [32, 32]);
+                let mut holes = ground;
+                holes.terrain.voids = VoidMode::Hole;
+                let name = format!("{name}, as holes");
+                check(&name, &holes, holes.overview());
+                picture::matches(&name, &holes, holes.overview(), [32, 32]);
             }
         });
     }
@@ -399,6 +418,12 @@ mod heights {
             check("all void", &ground, ground.overview());
             let floats = Ground::new(12, 9, Pixels::GrayF32(vec![f32::NAN; 12 * 9]));
             check("all NaN", &floats, floats.overview());
+            for mut ground in [ground, floats] {
+                ground.terrain.voids = VoidMode::Hole;
+                check("nothing but a hole", &ground, ground.overview());
+                let scene = ground.scene(ground.overview(), DetailMode::Full);
+                assert_eq!(BoundingBoxAction::default().apply(&scene).unwrap(), None);
+            }
         });
     }
 
@@ -1040,7 +1065,10 @@ mod picture {
         let mut triangles = Vec::new();
         for (c, r) in (0..cv).flat_map(|r| (0..cu).map(move |c| (c, r))) {
             let (nw, ne, se, sw) = (p(c, r), p(c + 1, r), p(c + 1, r + 1), p(c, r + 1));
-            for points in [[nw, se, ne], [nw, sw, se]] {
+            for (points, upper) in [([nw, se, ne], true), ([nw, sw, se], false)] {
+                if !field.is_ground([c, r], upper) {
+                    continue;
+                }
                 let normal = (points[1] - points[0]).cross(points[2] - points[0]).normalize();
                 triangles.push(Triangle { points, normals: [normal; 3], uvs: [DVec2::ZERO; 3] });
             }

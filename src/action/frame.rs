@@ -9,7 +9,7 @@ use glam::{DVec3, Mat3, Mat4, Vec3};
 
 use crate::node::TextureFilter;
 use crate::scene::Image;
-use crate::terrain::{HeightField, Instances, Parts};
+use crate::terrain::{HeightField, Instances, Parts, Samples};
 
 /// One picture's worth of drawing.
 #[derive(Debug, Clone, Default)]
@@ -119,7 +119,7 @@ pub struct TerrainDraw {
     pub heights: Arc<HeightField>,
     /// The meshes of tiles and strips.
     pub parts: Arc<Parts>,
-    /// What to draw of them.
+    /// What to draw of them: the instances, or the loose triangles, as the kind of the draw's effects says.
     pub instances: Arc<Instances>,
     /// The lattice point (column, row, raw height) that relative coordinates start from: near the eye, so that the
     /// subtraction is exact in integers and what is rounded is small where the eye looks closely. The relative
@@ -172,8 +172,32 @@ pub enum GeometryKind {
     TerrainU16,
     /// Terrain with heights as floats.
     TerrainF32,
+    /// Loose triangles of a terrain with 16-bit integer heights: those of patches that a hole takes triangles from. Only
+    /// terrains with holes in view draw them.
+    LooseU16,
+    /// Loose triangles of a terrain with heights as floats.
+    LooseF32,
     /// Triangle mesh.
     Mesh,
+}
+
+impl GeometryKind {
+    /// The kind for a map: tiles and strips, or its loose triangles.
+    #[must_use]
+    pub fn of_terrain(field: &HeightField, loose: bool) -> Self {
+        match (field.samples(), loose) {
+            (Samples::U16(_), false) => Self::TerrainU16,
+            (Samples::F32(_), false) => Self::TerrainF32,
+            (Samples::U16(_), true) => Self::LooseU16,
+            (Samples::F32(_), true) => Self::LooseF32,
+        }
+    }
+
+    /// Whether it is loose triangles of a terrain.
+    #[must_use]
+    pub fn is_loose(self) -> bool {
+        matches!(self, Self::LooseU16 | Self::LooseF32)
+    }
 }
 
 /// The set of effects of one draw: all that shader text, bindings and vertex data depend on. What is not in here is not
@@ -211,6 +235,8 @@ impl Effects {
         let mut names = vec![match self.geometry {
             GeometryKind::TerrainU16 => "terrain-u16".to_owned(),
             GeometryKind::TerrainF32 => "terrain-f32".to_owned(),
+            GeometryKind::LooseU16 => "loose-terrain-u16".to_owned(),
+            GeometryKind::LooseF32 => "loose-terrain-f32".to_owned(),
             GeometryKind::Mesh => "mesh".to_owned(),
         }];
         let mut count = |n: u8, name: &str| {

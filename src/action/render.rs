@@ -106,6 +106,12 @@ impl Draw {
     #[must_use]
     pub fn calls(&self) -> u32 {
         match &self.geometry {
+            Geometry::Terrain(terrain) if self.effects.geometry.is_loose() => {
+                // Coloured by part, tiles and strips are two calls.
+                let ranges = terrain.instances.loose_ranges().into_iter().filter(|range| !range.is_empty());
+                let most = if self.effects.debug_color == DebugColor::Parts { 2 } else { 1 };
+                ranges.count().min(most) as u32
+            }
             Geometry::Terrain(terrain) => terrain.instances.ranges().len() as u32,
             Geometry::Mesh(_) => 1,
         }
@@ -115,6 +121,9 @@ impl Draw {
     #[must_use]
     pub fn triangles(&self) -> u64 {
         match &self.geometry {
+            Geometry::Terrain(terrain) if self.effects.geometry.is_loose() => {
+                terrain.instances.loose().len() as u64 / 3
+            }
             Geometry::Terrain(terrain) => terrain.instances.triangles(),
             Geometry::Mesh(mesh) => mesh.triangles.len() as u64,
         }

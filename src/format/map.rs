@@ -71,7 +71,7 @@ pub fn scene_of_map(path: impl AsRef<Path>) -> Result<Scene, MapError> {
     let image = scene.resources().image(path)?;
     let terrain = scene
         .resources()
-        .terrain(&image, None)
+        .terrain(&image, None, false)
         .map_err(|error| MapError::HeightField { path: path.to_owned(), error })?;
 
     let [columns, rows] = terrain.field().cells();

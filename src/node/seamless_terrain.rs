@@ -13,8 +13,8 @@ use crate::action::{
 };
 use crate::terrain::pick::{CoarseSurface, Fan, LatticeRay, TerrainHit};
 use crate::terrain::{
-    ActivePatch, Detail, ExactHit, ExactSurface, Frustum, HeightField, Instances, LatticeFrame, LatticeView, LodEye,
-    PatchTree, PixelProjection, Resolutions, Samples, Selection, Side, Terrain,
+    ActivePatch, Detail, DrawnSurface, ExactHit, ExactSurface, Frustum, HeightField, Instances, LatticeFrame,
+    LatticeView, LodEye, PatchTree, PixelProjection, Resolutions, Samples, Selection, Side, Terrain,
 };
 
 /// How a terrain is coloured.
@@ -63,9 +63,13 @@ pub enum VoidMode {
     /// They are interpolated smoothly from their border when the map is loaded.
     #[default]
     Fill,
+    /// They are holes: no triangle has a void for a corner, at whatever detail, picks pass through and the box leaves them
+    /// out. With `detail: PixelError(τ)` the outline of a hole is at most τ pixels from where it belongs, so that a hole, or a
+    /// ridge beside it, may vanish where it is smaller than that; `Precision` knows nothing of holes.
+    Hole,
 }
 
-enum_field!(VoidMode: Fill);
+enum_field!(VoidMode: Fill | Hole);
 
 crate::define_node! {
     /// A landscape over a map of heights, drawn with seamless patches (Livny, Kogan and El-Sana 2007) whose detail follows
@@ -155,7 +159,7 @@ impl SeamlessTerrain {
         }
         let unit = cx.state.program.height_unit;
         let image = cx.image(unit)?.ok_or(ShapeError::NoHeights { unit })?;
-        let terrain = cx.scene.resources().terrain(&image, self.void_sample)?;
+        let terrain = cx.scene.resources().terrain(&image, self.void_sample, self.voids == VoidMode::Hole)?;
         let tree = terrain.tree(Resolutions::new(self.resolutions.0, self.resolutions.1)?);
         let frame = self.frame(terrain.field());
         Ok(Placed { terrain, tree, frame })
@@ -256,7 +260,7 @@ fn lod_eye(view: &Viewpoint, cx: &ShapeContext<'_>, placed: &Placed) -> Option<L
             // One height for the whole frame: above the ground below the eye, or the nearest ground.
             let [u, v] = [p.x, p.y];
             let [cu, cv] = placed.frame.cells.map(f64::from);
-            let ground = placed.terrain.field().surface(u.clamp(0.0, cu), v.clamp(0.0, cv))?;
+            let ground = placed.terrain.field().filled_surface(u.clamp(0.0, cu), v.clamp(0.0, cv))?;
             LodEye::Point { u, v, height: (p.z - ground) * placed.frame.z_step / cell }
         }
     };
@@ -285,6 +289,8 @@ struct History {
     listed: bool,
     frustum: Option<Frustum>,
     visible: Vec<ActivePatch>,
+    /// Of the visible patches those that a hole takes triangles from; they are not among the others.
+    holed: Vec<ActivePatch>,
     culled: u64,
     /// The last list comes last. Frames that are still in use, here or in another thread, hold the others.
     instances: Vec<Arc<Instances>>,
@@ -337,12 +343,16 @@ impl History {
                 frustum.excludes(low, DVec3::new(u1.into(), v1.into(), high))
             })
         };
+        let holed = placed.tree.holed(placed.terrain.field());
         self.visible.clear();
+        self.holed.clear();
         self.culled = 0;
         if let Some(choice) = &self.choice {
             for patch in choice.selection.patches(tree) {
                 if outside(&patch) {
                     self.culled += 1;
+                } else if holed.get(tree.index(patch.id)).is_some_and(|&holed| holed) {
+                    self.holed.push(patch);
                 } else {
                     self.visible.push(patch);
                 }
@@ -356,7 +366,12 @@ impl History {
             list = Arc::default();
         }
         if let Some(list) = Arc::get_mut(&mut list) {
-            list.update(tree, placed.tree.parts(), &self.visible);
+            let parts = placed.tree.parts();
+            list.update(tree, parts, &self.visible);
+            if let Some(choice) = self.choice.as_ref().filter(|_| !self.holed.is_empty()) {
+                let drawn = DrawnSurface { field: placed.terrain.field(), tree, parts, selection: &choice.selection };
+                list.update_loose(&drawn, &self.holed);
+            }
         }
         self.instances.push(Arc::clone(&list));
         (self.listed, self.frustum) = (true, frustum);
@@ -474,10 +489,8 @@ impl Placed {
 impl ShapeNode for SeamlessTerrain {
     fn bounds(&self, cx: &ShapeContext<'_>) -> Result<Option<Aabb>, ShapeError> {
         let placed = self.placed(cx)?;
-        let [low, high] = placed.terrain.pyramid().full_range();
-        let [cu, cv] = placed.frame.cells.map(f64::from);
-        let corners = [DVec3::new(0.0, 0.0, low), DVec3::new(cu, cv, high)];
-        Ok(Aabb::of(corners.map(|c| placed.frame.local(c))))
+        // A map that is one hole has no box.
+        Ok(placed.terrain.extent().and_then(|corners| Aabb::of(corners.map(|c| placed.frame.local(c)))))
     }
 
     /// The coarse surface: four triangles per active patch.
@@ -559,7 +572,7 @@ impl ShapeNode for SeamlessTerrain {
         let instances = history.list(&placed, frustum);
         cx.statistics.patches_traversed += history.chosen(&placed).map_or(0, |c| c.selection.traversed().into());
         cx.statistics.patches_culled += history.culled;
-        cx.statistics.patches_rendered += history.visible.len() as u64;
+        cx.statistics.patches_rendered += (history.visible.len() + history.holed.len()) as u64;
         cx.keep(history);
 
         let color_map = match self.color_mode {
@@ -578,10 +591,7 @@ impl ShapeNode for SeamlessTerrain {
             translation: placed.frame.local(anchor_point),
         };
         let options = DrawOptions {
-            kind: match placed.terrain.field().samples() {
-                Samples::U16(_) => GeometryKind::TerrainU16,
-                Samples::F32(_) => GeometryKind::TerrainF32,
-            },
+            kind: GeometryKind::of_terrain(placed.terrain.field(), false),
             color_map: color_map.is_some(),
             debug_color: match self.color_mode {
                 ColorMode::Plain => DebugColor::Plain,
@@ -599,7 +609,12 @@ impl ShapeNode for SeamlessTerrain {
             levels: u32::from(tree.depth()) + 1,
             branching: tree.resolutions().branching(),
         };
+        let loose = (!draw.instances.loose().is_empty()).then(|| draw.clone());
         cx.draw(Geometry::Terrain(draw), &local_from_rel, options);
+        if let Some(loose) = loose {
+            let options = DrawOptions { kind: GeometryKind::of_terrain(placed.terrain.field(), true), ..options };
+            cx.draw(Geometry::Terrain(loose), &local_from_rel, options);
+        }
         Ok(())
     }
 }
@@ -611,14 +626,10 @@ fn flat(placed: &Placed, surface: Surface, ray: &Ray, hits: &mut Vec<ShapeHit>) 
         return;
     }
     let point = placed.frame.lattice(ray.at(t));
-    let cells = placed.frame.cells.map(f64::from);
-    let inside = |x: f64, last: f64| (0.0..=last).contains(&x);
-    if !inside(point.x, cells[0]) || !inside(point.y, cells[1]) {
-        return;
-    }
-    let cell = placed.cell(point.x, point.y);
+    // Through a hole the ray passes, and beside the map.
+    let Some((cell, upper)) = placed.terrain.field().ground_at(point.x, point.y) else { return };
     let (fu, fv) = (point.x - f64::from(cell[0]), point.y - f64::from(cell[1]));
-    let (triangle, barycentric) = if fu >= fv {
+    let (triangle, barycentric) = if upper {
         (TerrainTriangle::Upper, [1.0 - fu, fu - fv, fv])
     } else {
         (TerrainTriangle::Lower, [1.0 - fv, fv - fu, fu])

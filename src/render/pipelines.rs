@@ -5,8 +5,7 @@ use std::collections::HashMap;
 use super::RenderError;
 use super::error::guarded;
 use super::shader::Variant;
-use crate::action::GeometryKind;
-use crate::terrain::Instance;
+use crate::terrain::{Instance, LooseVertex};
 
 /// Depth is kept in 32-bit floats.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -91,11 +90,8 @@ impl Pipelines {
         device: &wgpu::Device,
         variant: &Variant,
     ) -> Result<wgpu::BindGroupLayout, RenderError> {
-        let set = TextureSet {
-            float_heights: variant.geometry == GeometryKind::TerrainF32,
-            gradients: variant.lit(),
-            colors: variant.color_map,
-        };
+        let set =
+            TextureSet { float_heights: !variant.integers(), gradients: variant.lit(), colors: variant.color_map };
         if let Some(layout) = self.texture_layouts.get(&set) {
             return Ok(layout.clone());
         }
@@ -139,7 +135,14 @@ impl Pipelines {
         let instance = wgpu::vertex_attr_array![0 => Uint32x2, 1 => Uint32];
         let lit_corner = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3];
         let corner = wgpu::vertex_attr_array![0 => Float32x3];
-        let buffer = if variant.terrain() {
+        let buffer = if variant.geometry.is_loose() {
+            // Lattice point and step, in the same places.
+            wgpu::VertexBufferLayout {
+                array_stride: size_of::<LooseVertex>() as u64,
+                step_mode: wgpu::VertexStepMode::Vertex,
+                attributes: &instance,
+            }
+        } else if variant.terrain() {
             wgpu::VertexBufferLayout {
                 array_stride: size_of::<Instance>() as u64,
                 step_mode: wgpu::VertexStepMode::Instance,

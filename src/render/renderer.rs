@@ -17,7 +17,7 @@ use super::timer::Timer;
 use super::uniforms::{self, STRIP_COLOR, TILE_COLOR};
 use crate::action::{DebugColor, Draw, Frame, Geometry, GeometryKind, Mesh, TerrainDraw};
 use crate::node::TextureFilter;
-use crate::terrain::{Instance, Parts, Resolutions, Samples};
+use crate::terrain::{Instance, LooseVertex, Parts, Resolutions};
 
 /// What a [`Renderer`] is made with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,7 +60,8 @@ pub struct DrawReport {
     /// Time that the GPU took, where it is measured: [`Renderer::draw`] does not wait for it and leaves it out, see
     /// [`Renderer::gpu_time`]; [`Headless`](super::Headless) fills it in.
     pub gpu: Option<Duration>,
-    /// Bytes sent to the device: maps and images when they are drawn first, uniforms, instances and meshes each frame.
+    /// Bytes sent to the device: maps and images when they are drawn first, uniforms, instances, loose triangles and meshes
+    /// each frame.
     pub bytes_uploaded: u64,
     /// Pipelines that were compiled for this frame.
     pub pipelines_made: u32,
@@ -108,6 +109,7 @@ pub struct Renderer {
     /// Bindings of the uniforms by their size.
     bound_uniforms: HashMap<u64, wgpu::BindGroup>,
     instances: GrowingBuffer,
+    loose: GrowingBuffer,
     corners: GrowingBuffer,
     corner_indices: GrowingBuffer,
     timer: Option<Timer>,
@@ -119,6 +121,7 @@ pub struct Renderer {
 struct Scratch {
     uniforms: Vec<u8>,
     instances: Vec<Instance>,
+    loose: Vec<LooseVertex>,
     corners: Vec<[Vec3; 2]>,
     corner_indices: Vec<u32>,
     jobs: Vec<Job>,
@@ -142,6 +145,11 @@ enum Ready {
         textures: wgpu::BindGroup,
         indices: wgpu::Buffer,
         /// First of its instances in the buffer of the frame.
+        first: u32,
+    },
+    Loose {
+        textures: wgpu::BindGroup,
+        /// First of its corners in the buffer of the frame.
         first: u32,
     },
     Mesh {
@@ -184,6 +192,7 @@ impl Renderer {
             uniforms: buffer("uniforms of a frame", wgpu::BufferUsages::UNIFORM),
             bound_uniforms: HashMap::new(),
             instances: buffer("instances of a frame", wgpu::BufferUsages::VERTEX),
+            loose: buffer("loose triangles of a frame", wgpu::BufferUsages::VERTEX),
             corners: buffer("meshes of a frame", wgpu::BufferUsages::VERTEX),
             corner_indices: buffer("meshes of a frame", wgpu::BufferUsages::INDEX),
             timer: None,
@@ -231,6 +240,7 @@ impl Renderer {
         let scratch = &self.scratch;
         let sent = scratch.uniforms.len()
             + size_of_val(scratch.instances.as_slice())
+            + size_of_val(scratch.loose.as_slice())
             + size_of_val(scratch.corners.as_slice())
             + size_of_val(scratch.corner_indices.as_slice());
         Ok(DrawReport {
@@ -263,7 +273,7 @@ impl Renderer {
     /// Bytes that the renderer holds on the device.
     #[must_use]
     pub fn gpu_bytes(&self) -> u64 {
-        let buffers = [&self.uniforms, &self.instances, &self.corners, &self.corner_indices];
+        let buffers = [&self.uniforms, &self.instances, &self.loose, &self.corners, &self.corner_indices];
         self.textures.bytes()
             + self.parts.values().map(wgpu::Buffer::size).sum::<u64>()
             + self.targets.as_ref().map_or(0, |t| t.bytes)
@@ -275,6 +285,7 @@ impl Renderer {
         let scratch = &mut self.scratch;
         scratch.uniforms.clear();
         scratch.instances.clear();
+        scratch.loose.clear();
         scratch.corners.clear();
         scratch.corner_indices.clear();
         scratch.jobs.clear();
@@ -295,12 +306,18 @@ impl Renderer {
         let (geometry, gradient_factor) = match (&draw.geometry, &pipeline.textures) {
             (Geometry::Terrain(terrain), Some(layout)) => {
                 let (textures, factor) = self.bind_textures(gpu, &variant, terrain, layout)?;
-                let indices = self.parts.get(terrain.parts.resolutions(), gpu.frame, || {
-                    index_buffer(gpu, &terrain.parts, &mut self.textures.uploaded)
-                })?;
-                let first = self.scratch.instances.len() as u32;
-                self.scratch.instances.extend_from_slice(terrain.instances.data());
-                (Ready::Terrain { textures, indices: indices.clone(), first }, factor)
+                if variant.geometry.is_loose() {
+                    let first = self.scratch.loose.len() as u32;
+                    self.scratch.loose.extend_from_slice(terrain.instances.loose());
+                    (Ready::Loose { textures, first }, factor)
+                } else {
+                    let indices = self.parts.get(terrain.parts.resolutions(), gpu.frame, || {
+                        index_buffer(gpu, &terrain.parts, &mut self.textures.uploaded)
+                    })?;
+                    let first = self.scratch.instances.len() as u32;
+                    self.scratch.instances.extend_from_slice(terrain.instances.data());
+                    (Ready::Terrain { textures, indices: indices.clone(), first }, factor)
+                }
             }
             (Geometry::Mesh(mesh), None) => (self.scratch.add_mesh(mesh), 1.0),
             _ => return Err(RenderError::Effects("the effects are for another kind of geometry")),
@@ -371,6 +388,7 @@ impl Renderer {
             self.bound_uniforms.clear();
         }
         self.instances.write(device, queue, bytemuck::cast_slice(&scratch.instances))?;
+        self.loose.write(device, queue, bytemuck::cast_slice(&scratch.loose))?;
         self.corners.write(device, queue, bytemuck::cast_slice(&scratch.corners))?;
         self.corner_indices.write(device, queue, bytemuck::cast_slice(&scratch.corner_indices))?;
         let Some(buffer) = self.uniforms.get() else { return Ok(()) };
@@ -468,6 +486,23 @@ impl Renderer {
                 }
                 terrain.instances.ranges().len() as u32
             }
+            (Ready::Loose { textures, first }, Geometry::Terrain(terrain)) => {
+                let Some(corners) = self.loose.get() else { return 0 };
+                pass.set_bind_group(1, textures, &[]);
+                pass.set_vertex_buffer(0, corners.slice(..));
+                // Tiles and strips in one call, unless their uniforms differ.
+                let [tiles, strips] = terrain.instances.loose_ranges();
+                let whole = tiles.start..strips.end;
+                let ranges =
+                    if job.uniforms[0] == job.uniforms[1] { [whole, strips.end..strips.end] } else { [tiles, strips] };
+                let mut calls = 0;
+                for (range, uniforms) in ranges.into_iter().zip(job.uniforms).filter(|(range, _)| !range.is_empty()) {
+                    pass.set_bind_group(0, bound_uniforms, &[uniforms]);
+                    pass.draw(first + range.start..first + range.end, 0..1);
+                    calls += 1;
+                }
+                calls
+            }
             (Ready::Mesh { base, first, count }, _) => {
                 let (Some(corners), Some(indices)) = (self.corners.get(), self.corner_indices.get()) else { return 0 };
                 pass.set_vertex_buffer(0, corners.slice(..));
@@ -475,7 +510,7 @@ impl Renderer {
                 pass.draw_indexed(*first..first + count, *base, 0..1);
                 1
             }
-            (Ready::Terrain { .. }, Geometry::Mesh(_)) => 0,
+            (Ready::Terrain { .. } | Ready::Loose { .. }, Geometry::Mesh(_)) => 0,
         }
     }
 
@@ -515,10 +550,7 @@ fn check_effects(draw: &Draw) -> Result<(), RenderError> {
             (GeometryKind::Mesh, false)
         }
         Geometry::Terrain(terrain) => {
-            let kind = match terrain.heights.samples() {
-                Samples::U16(_) => GeometryKind::TerrainU16,
-                Samples::F32(_) => GeometryKind::TerrainF32,
-            };
+            let kind = GeometryKind::of_terrain(&terrain.heights, draw.effects.geometry.is_loose());
             (kind, terrain.color_map.is_some())
         }
     };

@@ -48,6 +48,11 @@ impl Variant {
         self.geometry != GeometryKind::Mesh
     }
 
+    /// Whether heights are integers.
+    pub(super) fn integers(&self) -> bool {
+        matches!(self.geometry, GeometryKind::TerrainU16 | GeometryKind::LooseU16)
+    }
+
     pub(super) fn lit(&self) -> bool {
         self.directional > 0 || self.point > 0
     }
@@ -68,7 +73,8 @@ impl Variant {
         let flags = [
             ("terrain", self.terrain()),
             ("mesh", !self.terrain()),
-            ("u16", self.geometry == GeometryKind::TerrainU16),
+            ("loose", self.geometry.is_loose()),
+            ("u16", self.integers()),
             ("lit", self.lit()),
             ("directional", self.directional > 0),
             ("point", self.point > 0),

@@ -13,7 +13,7 @@ use crate::terrain::{HeightField, HeightFieldError, Terrain};
 #[derive(Debug, Default)]
 pub struct Resources {
     images: Mutex<HashMap<std::path::PathBuf, Result<Arc<Image>, ImageError>>>,
-    terrains: Mutex<HashMap<(u64, Option<u64>), TerrainResult>>,
+    terrains: Mutex<HashMap<(u64, Option<u64>, bool), TerrainResult>>,
     version: AtomicU64,
 }
 
@@ -35,18 +35,19 @@ impl Resources {
         made
     }
 
-    /// The heights of an image with all that is derived from them.
+    /// The heights of an image with all that is derived from them. Voids are filled, or left as holes.
     ///
     /// # Errors
     ///
     /// [`HeightFieldError`] when the image is too small or too large for a map.
-    pub fn terrain(&self, image: &Image, void_sample: Option<f64>) -> TerrainResult {
-        let key = (image.id(), void_sample.map(f64::to_bits));
+    pub fn terrain(&self, image: &Image, void_sample: Option<f64>, holes: bool) -> TerrainResult {
+        let key = (image.id(), void_sample.map(f64::to_bits), holes);
         let mut terrains = self.terrains.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(found) = terrains.get(&key) {
             return found.clone();
         }
         let field: Result<HeightField, _> = image.height_field(void_sample);
+        let field = field.map(|field| if holes { field.with_holes() } else { field });
         let made = field.map(|field| Arc::new(Terrain::new(field)));
         terrains.insert(key, made.clone());
         made

@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use glam::DVec3;
+
 use super::errors::TileErrors;
 use super::height_field::HeightField;
 use super::hierarchy::Hierarchy;
@@ -17,6 +19,7 @@ use super::selection::{Full, LodEye, Precision, Selection};
 pub struct Terrain {
     field: Arc<HeightField>,
     pyramid: OnceLock<MinMaxPyramid>,
+    extent: OnceLock<Option<[DVec3; 2]>>,
     trees: Mutex<HashMap<Resolutions, Arc<PatchTree>>>,
 }
 
@@ -24,7 +27,7 @@ impl Terrain {
     /// Derives nothing yet.
     #[must_use]
     pub fn new(field: HeightField) -> Self {
-        Self { field: Arc::new(field), pyramid: OnceLock::new(), trees: Mutex::default() }
+        Self { field: Arc::new(field), pyramid: OnceLock::new(), extent: OnceLock::new(), trees: Mutex::default() }
     }
 
     /// The heights.
@@ -33,7 +36,27 @@ impl Terrain {
         &self.field
     }
 
-    /// The min/max tree, made on first call.
+    /// The smallest box around the ground in lattice coordinates: least and largest (column, row, raw height). What lies over
+    /// holes is left out; `None` if nothing is ground. Found on first call.
+    pub fn extent(&self) -> Option<[DVec3; 2]> {
+        *self.extent.get_or_init(|| {
+            let field = &self.field;
+            if !field.has_holes() {
+                let [low, high] = self.pyramid().full_range();
+                let [cells_u, cells_v] = field.cells().map(f64::from);
+                return Some([DVec3::new(0.0, 0.0, low), DVec3::new(cells_u, cells_v, high)]);
+            }
+            let samples = (0..field.rows()).flat_map(|r| (0..field.columns()).map(move |c| (c, r)));
+            let ground = samples.filter(|&(c, r)| !field.is_hole(c, r));
+            let points = ground.map(|(c, r)| DVec3::new(c.into(), r.into(), field.raw(c, r)));
+            points.fold(None, |extent, p| match extent {
+                None => Some([p; 2]),
+                Some([low, high]) => Some([low.min(p), high.max(p)]),
+            })
+        })
+    }
+
+    /// The min/max tree, made on first call. It includes the lids over holes.
     pub fn pyramid(&self) -> &MinMaxPyramid {
         self.pyramid.get_or_init(|| MinMaxPyramid::new(&self.field))
     }
@@ -81,6 +104,7 @@ pub struct PatchTree {
     parts: Arc<Parts>,
     fan_errors: OnceLock<FanErrors>,
     tile_errors: OnceLock<TileErrors>,
+    holed: OnceLock<Vec<bool>>,
     recent: Mutex<Vec<(Detail, Arc<Selection>)>>,
 }
 
@@ -93,6 +117,7 @@ impl PatchTree {
             parts: Arc::new(Parts::new(resolutions)),
             fan_errors: OnceLock::new(),
             tile_errors: OnceLock::new(),
+            holed: OnceLock::new(),
             recent: Mutex::default(),
         }
     }
@@ -118,6 +143,16 @@ impl PatchTree {
     /// The vertical errors of all tiles, made on first call from the field that the tree belongs to.
     pub fn tile_errors(&self, field: &HeightField) -> &TileErrors {
         self.tile_errors.get_or_init(|| TileErrors::new(field, &self.hierarchy, &self.parts))
+    }
+
+    /// For each patch, by [`Hierarchy::index`], whether a hole takes samples from it; empty for a map without holes. Made on
+    /// first call from the field that the tree belongs to.
+    pub fn holed(&self, field: &HeightField) -> &[bool] {
+        self.holed.get_or_init(|| {
+            let tree = &self.hierarchy;
+            let patches = (0..=tree.depth()).flat_map(|level| tree.patches(level));
+            field.holes().map_or(Vec::new(), |holes| patches.map(|p| holes.any_in(tree.extent(p))).collect())
+        })
     }
 
     /// The active patches for this detail. The same detail gives the same selection without work; `terrain` is the one that

@@ -1,5 +1,8 @@
 //! The surface that is on the screen: the very triangles of tiles and strips of the active patches, in f64.
 //!
+//! At every level of detail a triangle is drawn if none of its corners lies in a hole of the map; a hole so changes its
+//! outline with the detail, by no more than the metric allows (see [`super::coverage`]).
+//!
 //! Whoever has to agree with a picture asks here: the pick on the drawn surface, the measure of the error on the screen, tests
 //! that count vertices. What decides a triangle's place is written down once.
 
@@ -50,13 +53,16 @@ pub struct DrawnSurface<'t> {
 }
 
 impl<'t> DrawnSurface<'t> {
-    /// The triangles of one active patch of the selection.
+    /// The triangles of one active patch of the selection: those without a corner in a hole.
     pub fn triangles(&self, patch: ActivePatch) -> impl Iterator<Item = DrawnTriangle> + use<'t> {
         let Self { field, tree, parts, .. } = *self;
         parts_of(patch.sides).into_iter().flat_map(move |part| {
-            parts.triangles(part).iter().map(move |triangle| {
+            parts.triangles(part).iter().filter_map(move |triangle| {
                 let corners = place(tree, patch.id, triangle);
-                DrawnTriangle { part, corners, heights: corners.map(|[u, v]| field.raw(u, v)) }
+                if corners.iter().any(|&[u, v]| field.is_hole(u, v)) {
+                    return None;
+                }
+                Some(DrawnTriangle { part, corners, heights: corners.map(|[u, v]| field.raw(u, v)) })
             })
         })
     }

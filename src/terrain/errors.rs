@@ -12,6 +12,9 @@
 //! at samples; only the slanted edges of half strips (and of triangles squeezed against the border of the map) add
 //! crossings. All corners are visited, so the value is exact up to rounding, which goes up.
 //!
+//! In a map with holes the lids over them count like the ground: what a triangle that reaches over a hole shows there is
+//! bounded too. Where the outline of the holes is, see [`super::coverage`].
+//!
 //! # Saturation
 //!
 //! A mesh may have a larger error at a finer resolution. When neighbours are made to agree a side may become finer than it
@@ -24,6 +27,7 @@
 //! samples costs about n · N · log(N)/2 log(R) integer operations. The half strips of small patches are evaluated by
 //! stencils, which are worked out once per level. Memory: 4 · n floats per patch.
 
+use super::coverage::Coverage;
 use super::height_field::{HeightField, Samples};
 use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::{Half, Owner, Part, Parts, Side, UnitVertex, fan_triangles, owner};
@@ -49,10 +53,11 @@ use super::stencil::Stencil;
 pub struct TileErrors {
     count: usize,
     errors: Vec<f32>,
+    coverage: Option<Coverage>,
 }
 
 /// For each side and resolution the triangles that can appear along the diagonals at its two ends, beside lattice triangles.
-type HalfStrips = Vec<Vec<[UnitVertex; 3]>>;
+pub(super) type HalfStrips = Vec<Vec<[UnitVertex; 3]>>;
 
 impl TileErrors {
     /// Measures all patches of a tree, on all cores.
@@ -70,7 +75,15 @@ impl TileErrors {
             let stencils = &stencils[usize::from(patch.level)];
             Measure { field, tree, parts, half_strips: &half_strips, stencils, patch }.run(errors);
         });
-        Self { count, errors }
+        let coverage = Coverage::new(field, tree, parts, &half_strips);
+        Self { count, errors, coverage }
+    }
+
+    /// How far the outlines of holes are from where they belong; `None` for a map without holes.
+    #[inline]
+    #[must_use]
+    pub fn coverage(&self) -> Option<&Coverage> {
+        self.coverage.as_ref()
     }
 
     /// The error of a side at a resolution, in raw units, not smaller than that of any finer one.
@@ -84,7 +97,7 @@ impl TileErrors {
     /// Bytes that the errors occupy.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(self.errors.as_slice())
+        size_of_val(self.errors.as_slice()) + self.coverage.as_ref().map_or(0, Coverage::bytes)
     }
 }
 

@@ -22,6 +22,15 @@
 //! Only crossings count, not mere touching; a ray that starts or ends exactly on the surface, or passes the border of the
 //! map exactly on it, hits it there. A ray that runs within the surface crosses it (if it does) where it first meets it.
 //!
+//! # Holes
+//!
+//! Where a map has holes ([`HeightField::with_holes`]) the surface goes on over them as a lid, and so does f: the walk, its
+//! blocks and its sign are those of the surface with its lids, and all that was said above holds. A crossing counts if one of
+//! the closed triangles at that place is ground. Nothing is lost by that, since a crossing of the ground is one of the
+//! surface; nothing is found at a rim that is not there, since the sign does not change at a rim but where the ray crosses
+//! the surface. A ray that comes down through a hole is below the surface from there on, and where it meets the ground from
+//! below it comes out of it.
+//!
 //! # Rounding
 //!
 //! See [`ExactHit::error`].
@@ -33,7 +42,7 @@ use glam::DVec3;
 
 use super::height_field::{HeightField, Samples};
 use super::pick::LatticeRay;
-use super::pyramid::{Levels, MinMaxPyramid};
+use super::pyramid::{Height, Level, Levels, MinMaxPyramid};
 
 /// A place where a ray meets the full-resolution surface, in lattice coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -147,7 +156,7 @@ impl ExactSurface<'_> {
         walk::step_limit(self.field.cells())
     }
 
-    /// Height and slope of the surface at `(u, v)`, `None` outside the map and for NaN. On a line between triangles the
+    /// Height and slope of the surface at `(u, v)`, `None` in a hole, outside the map and for NaN. On a line between triangles the
     /// slope is that of one of them.
     ///
     /// ```
@@ -162,16 +171,14 @@ impl ExactSurface<'_> {
     /// ```
     #[must_use]
     pub fn height_at(&self, u: f64, v: f64) -> Option<SurfacePoint> {
-        let height = self.field.surface(u, v)?;
-        let [cells_u, cells_v] = self.field.cells();
-        let cell = [(u as u32).min(cells_u - 1), (v as u32).min(cells_v - 1)];
-        let upper = u - f64::from(cell[0]) >= v - f64::from(cell[1]);
+        let (cell, upper) = self.field.ground_at(u, v)?;
+        let height = self.field.filled_surface(u, v)?;
         Some(SurfacePoint { height, gradient: triangle_gradient(self.field, cell, upper), cell, upper })
     }
 
     /// The first obstacle on the straight line from `a` to `b`, `None` if they see each other. An end that lies on the
     /// ground does not block the view by itself; an end below it does not see out. A line that runs within the ground
-    /// before it goes below is blocked where it first meets the ground. In the hit, t runs from 0 at `a` to 1 at `b`.
+    /// before it goes below is blocked where it first meets the ground. Through a hole one can see. In the hit, t runs from 0 at `a` to 1 at `b`.
     ///
     /// ```
     /// use glam::DVec3;
@@ -189,9 +196,10 @@ impl ExactSurface<'_> {
     #[must_use]
     pub fn line_of_sight(&self, a: DVec3, b: DVec3) -> Option<ExactHit> {
         let ray = LatticeRay { origin: a, direction: b - a, near: 0.0, far: 1.0 };
-        // Whether an end lies on the ground, up to rounding, and the line between it and t does not go deeper.
+        // Whether an end lies on the ground, up to rounding, and the line between it and t does not go deeper (nor through a
+        // hole below it).
         let rests = |end: DVec3, t: f64, slack: f64| {
-            let gap = |p: DVec3| self.field.surface(p.x, p.y).map_or(f64::INFINITY, |h| p.z - h);
+            let gap = |p: DVec3| self.field.filled_surface(p.x, p.y).map_or(f64::INFINITY, |h| p.z - h);
             let middle = end + ((a + ray.direction * t) - end) * 0.5;
             gap(end).abs() <= slack && gap(middle) >= -slack
         };
@@ -212,11 +220,25 @@ impl ExactSurface<'_> {
     }
 
     fn walk(&self, ray: &LatticeRay, found: impl FnMut(ExactHit) -> bool) -> u32 {
-        let cells = self.field.cells();
         match (self.field.samples(), self.pyramid.levels()) {
-            (Samples::U16(samples), Levels::U16(levels)) => walk::walk(samples, levels, cells, ray, found),
-            (Samples::F32(samples), Levels::F32(levels)) => walk::walk(samples, levels, cells, ray, found),
+            (Samples::U16(samples), Levels::U16(levels)) => self.walk_over(samples, levels, ray, found),
+            (Samples::F32(samples), Levels::F32(levels)) => self.walk_over(samples, levels, ray, found),
             _ => 0,
+        }
+    }
+
+    fn walk_over<T: Height>(
+        &self,
+        samples: &[T],
+        levels: &[Level<T>],
+        ray: &LatticeRay,
+        found: impl FnMut(ExactHit) -> bool,
+    ) -> u32 {
+        let cells = self.field.cells();
+        if self.field.has_holes() {
+            walk::walk(samples, levels, self.field, cells, ray, found)
+        } else {
+            walk::walk(samples, levels, walk::Everywhere, cells, ray, found)
         }
     }
 }

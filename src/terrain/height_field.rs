@@ -15,6 +15,16 @@
 //! Cell `(c, r)` lies between samples `(c, r)` and `(c + 1, r + 1)` and is split along the diagonal that joins those
 //! two. This piecewise linear surface is what full detail draws, what an exact pick hits and what every error is
 //! measured against.
+//!
+//! # Holes
+//!
+//! Voids are filled when a map is made, so the surface reaches everywhere. [`HeightField::with_holes`] says that they are
+//! holes all the same: then the *ground* is the part of the surface whose triangles have no void for a corner, and what is
+//! filled in is a lid over the hole that nobody sees. The lid keeps everything continuous: which side of the surface a ray
+//! is on is known over a hole as well, and only what it crosses there does not count.
+//!
+//! A valid sample all of whose triangles touch a void is as good as a void: no triangle of the ground has it for a corner.
+//! It counts as part of the hole, so that each sample of the ground is a corner of the ground at full detail.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -112,6 +122,8 @@ pub struct HeightField {
     rows: u32,
     samples: Samples,
     voids: Option<BitGrid>,
+    /// The samples that no triangle of the ground has for a corner, if voids are holes and there are any.
+    holes: Option<BitGrid>,
     id: u64,
 }
 
@@ -154,6 +166,26 @@ impl BitGrid {
 
     pub(crate) fn count(&self) -> u64 {
         self.words.iter().map(|w| u64::from(w.count_ones())).sum()
+    }
+
+    /// Words with the bits of columns `from..=to` of a row, the others zero.
+    fn row(&self, r: u32, from: u32, to: u32) -> impl Iterator<Item = u64> + '_ {
+        let (first, last) = (self.index(from, r), self.index(to, r));
+        (first / 64..=last / 64).map(move |i| {
+            let word = self.words.get(i).copied().unwrap_or(0);
+            let word = if i == first / 64 { word & u64::MAX << (first % 64) } else { word };
+            if i == last / 64 { word & u64::MAX >> (63 - last % 64) } else { word }
+        })
+    }
+
+    /// Whether any bit is set from one corner to the other, both included.
+    pub(crate) fn any_in(&self, [[c0, r0], [c1, r1]]: [[u32; 2]; 2]) -> bool {
+        (r0..=r1).any(|r| self.row(r, c0, c1).any(|word| word != 0))
+    }
+
+    /// Whether all bits are set from one corner to the other, both included.
+    pub(crate) fn all_in(&self, [[c0, r0], [c1, r1]]: [[u32; 2]; 2]) -> bool {
+        (r0..=r1).all(|r| self.row(r, c0, c1).map(u64::count_ones).sum::<u32>() == c1 - c0 + 1)
     }
 }
 
@@ -202,7 +234,8 @@ impl HeightField {
         if samples.len() as u64 != u64::from(columns) * u64::from(rows) {
             return Err(HeightFieldError::WrongCount { columns, rows, given: samples.len() });
         }
-        let mut field = Self { columns, rows, samples, voids: None, id: NEXT_ID.fetch_add(1, Ordering::Relaxed) };
+        let mut field =
+            Self { columns, rows, samples, voids: None, holes: None, id: NEXT_ID.fetch_add(1, Ordering::Relaxed) };
         let mut mask: Option<BitGrid> = None;
         for r in 0..rows {
             for c in 0..columns {
@@ -216,6 +249,99 @@ impl HeightField {
             field.voids = Some(mask);
         }
         Ok(field)
+    }
+
+    /// The same map with its voids as holes: no triangle has a void for a corner. The heights filled in stay, as a lid that
+    /// is neither drawn nor picked. A map without voids stays as it is.
+    ///
+    /// ```
+    /// use seamount::terrain::{HeightField, Voids};
+    ///
+    /// let mut samples = vec![7; 5 * 5];
+    /// samples[12] = 0; // the middle
+    /// let field = HeightField::from_u16(5, 5, samples, Voids { sample: Some(0.0) })?.with_holes();
+    /// assert_eq!(field.surface(0.5, 0.5), Some(7.0));
+    /// assert_eq!(field.surface(2.0, 2.0), None);
+    /// assert_eq!(field.filled_surface(2.0, 2.0), Some(7.0));
+    /// # Ok::<(), seamount::terrain::HeightFieldError>(())
+    /// ```
+    #[must_use]
+    pub fn with_holes(mut self) -> Self {
+        let Some(voids) = &self.voids else { return self };
+        let mut holes = voids.clone();
+        let [cells_u, cells_v] = self.cells();
+        for r in 0..self.rows {
+            for c in 0..self.columns {
+                if voids.get(c, r) {
+                    continue;
+                }
+                // The six triangles around a sample, by the cell and the half, as far as they are on the map.
+                let around = [(0, 0, true), (0, 0, false), (1, 0, true), (0, 1, false), (1, 1, true), (1, 1, false)];
+                let whole = around.into_iter().any(|(west, north, upper)| {
+                    let (Some(c), Some(r)) = (c.checked_sub(west), r.checked_sub(north)) else { return false };
+                    c < cells_u && r < cells_v && triangle([c, r], upper).iter().all(|&[c, r]| !voids.get(c, r))
+                });
+                if !whole {
+                    holes.set(c, r);
+                }
+            }
+        }
+        self.holes = Some(holes);
+        self
+    }
+
+    /// Whether there are holes: voids that are not filled.
+    #[inline]
+    #[must_use]
+    pub fn has_holes(&self) -> bool {
+        self.holes.is_some()
+    }
+
+    /// Whether sample `(c, r)` lies in a hole: a void, or as good as one, since no triangle without a void has it for a
+    /// corner. Never where voids are filled.
+    #[inline]
+    #[must_use]
+    pub fn is_hole(&self, c: u32, r: u32) -> bool {
+        self.holes.as_ref().is_some_and(|holes| holes.get(c, r))
+    }
+
+    pub(super) fn holes(&self) -> Option<&BitGrid> {
+        self.holes.as_ref()
+    }
+
+    /// Whether a triangle of the full-resolution surface is ground: none of its corners lies in a hole. `upper` is the
+    /// north-east half of cell `(c, r)`, otherwise the south-west one.
+    #[must_use]
+    pub fn is_ground(&self, cell: [u32; 2], upper: bool) -> bool {
+        triangle(cell, upper).iter().all(|&[c, r]| !self.is_hole(c, r))
+    }
+
+    /// A triangle of the ground that a point lies in or on the border of: its cell and whether it is the upper one. `None` in
+    /// a hole, outside the map and for NaN.
+    #[must_use]
+    pub fn ground_at(&self, u: f64, v: f64) -> Option<([u32; 2], bool)> {
+        let [cells_u, cells_v] = self.cells();
+        if !(u >= 0.0 && v >= 0.0 && u <= f64::from(cells_u) && v <= f64::from(cells_v)) {
+            return None;
+        }
+        let (c, r) = ((u as u32).min(cells_u - 1), (v as u32).min(cells_v - 1));
+        let (fu, fv) = (u - f64::from(c), v - f64::from(r));
+        let own = fu >= fv;
+        if self.holes.is_none() || self.is_ground([c, r], own) {
+            return Some(([c, r], own));
+        }
+        // On a line the point belongs to the triangles on both sides. A line further on is where it would be at 0 of the
+        // next cell, so there only those behind are left to look at.
+        let behind = |i: u32, f: f64| (f == 0.0).then(|| i.checked_sub(1)).flatten();
+        let columns = [Some(c), behind(c, fu)];
+        let rows = [Some(r), behind(r, fv)];
+        rows.into_iter().flatten().flat_map(|r| columns.into_iter().flatten().map(move |c| [c, r])).find_map(|cell| {
+            let (fu, fv) = (u - f64::from(cell[0]), v - f64::from(cell[1]));
+            let on = [(fu >= fv, true), (fu <= fv, false)];
+            on.into_iter()
+                .find(|&(inside, upper)| inside && self.is_ground(cell, upper))
+                .map(|(_, upper)| (cell, upper))
+        })
     }
 
     /// Samples from west to east, at least 2.
@@ -273,9 +399,19 @@ impl HeightField {
         }
     }
 
-    /// Raw height of the full-resolution surface at `(u, v)`, or `None` outside the map (or for NaN).
+    /// Raw height of the full-resolution surface at `(u, v)`, or `None` in a hole, outside the map and for NaN. The border of
+    /// a hole belongs to the ground.
     #[must_use]
     pub fn surface(&self, u: f64, v: f64) -> Option<f64> {
+        if self.has_holes() {
+            self.ground_at(u, v)?;
+        }
+        self.filled_surface(u, v)
+    }
+
+    /// Raw height of the full-resolution surface at `(u, v)` with the lids over holes, or `None` outside the map (or for NaN).
+    #[must_use]
+    pub fn filled_surface(&self, u: f64, v: f64) -> Option<f64> {
         let [cells_u, cells_v] = self.cells();
         if !(u >= 0.0 && v >= 0.0 && u <= f64::from(cells_u) && v <= f64::from(cells_v)) {
             return None;
@@ -302,6 +438,12 @@ impl HeightField {
         let (n, s) = (r.saturating_sub(1), (r + 1).min(self.rows - 1));
         [(self.raw(e, r) - self.raw(w, r)) / f64::from(e - w), (self.raw(c, s) - self.raw(c, n)) / f64::from(s - n)]
     }
+}
+
+/// The corners of half a cell: the north-east half (`upper`) or the south-west one.
+#[inline]
+pub(super) fn triangle([c, r]: [u32; 2], upper: bool) -> [[u32; 2]; 3] {
+    [[c, r], if upper { [c + 1, r] } else { [c, r + 1] }, [c + 1, r + 1]]
 }
 
 /// Where a map lies in the local frame of its node: x east along columns, y north (row 0 has the largest y), z up, the

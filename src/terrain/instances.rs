@@ -1,11 +1,12 @@
-//! From active patches to what a renderer draws: one list of instances per part.
+//! From active patches to what a renderer draws: one list of instances per part, and loose triangles where the map has holes.
 
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 
+use super::drawn::DrawnSurface;
 use super::hierarchy::Hierarchy;
-use super::parts::{Parts, parts_of};
+use super::parts::{Part, Parts, parts_of};
 use super::selection::ActivePatch;
 
 /// One part at one place. Its vertices are `origin + step · unit`, clamped to the map: all integers.
@@ -18,6 +19,16 @@ pub struct Instance {
     pub step: u32,
 }
 
+/// A corner of a triangle that is drawn by itself: of a patch that a hole of the map takes triangles from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct LooseVertex {
+    /// Lattice column and row, clamped to the map.
+    pub point: [u32; 2],
+    /// Lattice steps per unit of its patch.
+    pub step: u32,
+}
+
 /// Instances sorted by part, ready for one instanced draw call per part in use.
 #[derive(Debug, Clone, Default)]
 pub struct Instances {
@@ -26,11 +37,17 @@ pub struct Instances {
     ranges: Vec<(usize, Range<u32>)>,
     triangles: u64,
     cursor: Vec<u32>,
+    /// Corners of loose triangles, three by three: those of tiles first.
+    loose: Vec<LooseVertex>,
+    /// How many of them belong to tiles.
+    loose_tiles: u32,
 }
 
 impl Instances {
-    /// Lists the parts of all `patches`. Buffers are used again; nothing is allocated once they have grown.
+    /// Lists the parts of all `patches`, and no loose triangles. Buffers are used again; nothing is allocated once they have grown.
     pub fn update(&mut self, tree: &Hierarchy, parts: &Parts, patches: &[ActivePatch]) {
+        self.loose.clear();
+        self.loose_tiles = 0;
         self.cursor.clear();
         self.cursor.resize(parts.len(), 0);
         for patch in patches {
@@ -64,6 +81,35 @@ impl Instances {
         }
     }
 
+    /// Lists the triangles of `patches` one by one, instead of those listed before: for patches that a hole takes triangles
+    /// from. Buffers are used again.
+    pub fn update_loose(&mut self, drawn: &DrawnSurface<'_>, patches: &[ActivePatch]) {
+        self.loose.clear();
+        for tiles in [true, false] {
+            for &patch in patches {
+                let step = drawn.tree.step(patch.id.level);
+                for triangle in drawn.triangles(patch).filter(|t| matches!(t.part, Part::Tile(..)) == tiles) {
+                    self.loose.extend(triangle.corners.map(|point| LooseVertex { point, step }));
+                }
+            }
+            if tiles {
+                self.loose_tiles = self.loose.len() as u32;
+            }
+        }
+    }
+
+    /// Corners of the triangles that are drawn by themselves, three by three.
+    #[must_use]
+    pub fn loose(&self) -> &[LooseVertex] {
+        &self.loose
+    }
+
+    /// Which of the loose corners belong to tiles, and which to strips.
+    #[must_use]
+    pub fn loose_ranges(&self) -> [Range<u32>; 2] {
+        [0..self.loose_tiles, self.loose_tiles..self.loose.len() as u32]
+    }
+
     /// All instances; the ranges of [`Instances::ranges`] index them.
     #[must_use]
     pub fn data(&self) -> &[Instance] {
@@ -76,7 +122,7 @@ impl Instances {
         &self.ranges
     }
 
-    /// Triangles that drawing all instances takes.
+    /// Triangles that drawing all instances takes. Loose ones come on top.
     #[must_use]
     pub fn triangles(&self) -> u64 {
         self.triangles

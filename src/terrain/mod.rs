@@ -1,5 +1,6 @@
 //! The terrain engine: heights, patches, detail and picks. No scene graph and no GPU in it.
 
+pub mod coverage;
 pub mod data;
 pub mod drawn;
 pub mod errors;
@@ -18,6 +19,7 @@ pub mod pyramid;
 pub mod selection;
 mod stencil;
 
+pub use coverage::{Coverage, Displacement};
 pub use data::{Detail, PatchTree, Terrain};
 pub use drawn::{DrawnSurface, DrawnTriangle};
 pub use errors::TileErrors;
@@ -26,7 +28,7 @@ pub use frustum::Frustum;
 pub use generate::generate;
 pub use height_field::{HeightField, HeightFieldError, LatticeFrame, Samples, Voids};
 pub use hierarchy::{Hierarchy, PatchId};
-pub use instances::{Instance, Instances};
+pub use instances::{Instance, Instances, LooseVertex};
 pub use measure::{ScreenError, screen_error};
 pub use parts::{Part, Parts, Resolutions, ResolutionsError, Side, UnitVertex, parts_of};
 pub use pixel_error::{LatticeView, PixelError, PixelProjection};

@@ -17,6 +17,9 @@
 //! of two patches (a wall, or rounding). Only crossings count, not mere touching; a ray that starts or ends exactly on the
 //! surface, or passes the border of the map exactly on it, hits it there.
 //!
+//! Where the map has holes, the fans are those of the surface with its lids, and a crossing counts only where the
+//! full-resolution surface is ground: four triangles show no outline, so picks pass through the holes as they are in truth.
+//!
 //! Steps go from grid line to grid line by integer index, never by "a little further", so their number is bounded: each
 //! level of the tree visits at most `columns + rows` blocks.
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
@@ -541,6 +544,10 @@ impl Walk<'_, '_> {
             let cells = tree.cells();
             let (u, v) = (point.x.clamp(0.0, f64::from(cells[0])), point.y.clamp(0.0, f64::from(cells[1])));
             point = DVec3::new(u, v, fan.height(side, u, v));
+        }
+        let field = self.surface.field;
+        if field.has_holes() && field.ground_at(point.x, point.y).is_none() {
+            return true;
         }
         let hit = TerrainHit { t, point, gradient: fan.gradient(side), wall, patch, triangle: side, error, entering };
         (self.found)(hit)

@@ -20,9 +20,31 @@
 //!
 //! is enough. An orthographic camera has δ · |a⊥| · pixels per unit, everywhere the same. A box that reaches behind the eye
 //! has Z ≤ 0: nothing but an error of zero is enough there. A box outside the view is not visible and needs nothing.
+//!
+//! # The outlines of holes
+//!
+//! Where a map has holes, a coarse mesh shows a place P of the patch, in view, as ground or as a hole that it is not. The
+//! nearest place Q that is lies at most c cells from it horizontally, in whatever direction, and w raw units vertically, the
+//! vertical error included ([`super::coverage`]). With b the 3 × 2 matrix that takes a step in cells to camera axes, the exact
+//! formula above bounds the way from P to Q in the picture by
+//!
+//! ```text
+//! f · (c · |b⊥ − t_P b_Z| + w · |a⊥ − t_P · a_Z|) / Z_Q
+//! ```
+//!
+//! where the first |·| is the larger singular value of a 2 × 2 matrix that is linear in t: a norm, so it too is convex and
+//! largest at a corner of the rectangle of t. Q may lie beyond the box, but no nearer than Z − c · |b_Z| − w · |a_Z|. So with
+//! S and L the largest of the two norms,
+//!
+//! ```text
+//! f · (c · S + w · L) ≤ τ · (Z − c · |b_Z| − w · |a_Z|)
+//! ```
+//!
+//! is enough; for an orthographic camera with b⊥ and a⊥ alone, without the division by depth.
 
 use glam::{DVec2, DVec3, DVec4};
 
+use super::coverage::Displacement;
 use super::errors::TileErrors;
 use super::frustum::Frustum;
 use super::hierarchy::{Hierarchy, PatchId};
@@ -89,7 +111,18 @@ impl PixelError<'_> {
             PixelProjection::Perspective { focal, tangents } => (focal, tangents),
         };
 
-        // The rectangle of t = (right, up) / depth that the box covers.
+        let longest = self
+            .corners_in_picture(low, high, tangents)
+            .into_iter()
+            .map(|t| (rise - t * depth.z).length())
+            .fold(0.0, f64::max);
+        let factor = self.tolerance / (focal * longest);
+        self.depths(tree, patch, low, high).map(|z| if z > 0.0 { factor * z } else { 0.0 })
+    }
+
+    /// Corners of the rectangle of t = (right, up) / depth that a box covers, as far as it is in view.
+    fn corners_in_picture(&self, low: DVec3, high: DVec3, tangents: DVec2) -> [DVec2; 4] {
+        let LatticeView { right, up, depth, .. } = self.view;
         let (mut least, mut most) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for k in 0..8 {
             let corner = DVec4::new(
@@ -107,12 +140,12 @@ impl PixelError<'_> {
             (least, most) = (least.min(t), most.max(t));
         }
         let (least, most) = (least.clamp(-tangents, tangents), most.clamp(-tangents, tangents));
-        let longest = [least, most, DVec2::new(least.x, most.y), DVec2::new(most.x, least.y)]
-            .into_iter()
-            .map(|t| (rise - t * depth.z).length())
-            .fold(0.0, f64::max);
-        let factor = self.tolerance / (focal * longest);
+        [least, most, DVec2::new(least.x, most.y), DVec2::new(most.x, least.y)]
+    }
 
+    /// Smallest depths on the four sides: of the tile and its half of the strips, in the patch's box.
+    fn depths(&self, tree: &Hierarchy, patch: PatchId, low: DVec3, high: DVec3) -> [f64; 4] {
+        let depth = self.view.depth;
         // Depths at the corners and the centre; a tile lies between two corners and the centre. Strips reach over the
         // diagonal by at most one coarse step.
         let at = |u: f64, v: f64| depth.x * u + depth.y * v + depth.w;
@@ -121,11 +154,56 @@ impl PixelError<'_> {
         let corners = [at(low.x, low.y), at(high.x, low.y), at(high.x, high.y), at(low.x, high.y)];
         let step = f64::from(tree.size(patch.level) / tree.resolutions().min());
         let below = (depth.z * low.z).min(depth.z * high.z) - (depth.x.abs() + depth.y.abs()) * step;
-        std::array::from_fn(|side| {
-            let z = corners[side].min(corners[(side + 1) % 4]).min(center) + below;
-            if z > 0.0 { factor * z } else { 0.0 }
-        })
+        std::array::from_fn(|side| corners[side].min(corners[(side + 1) % 4]).min(center) + below)
     }
+
+    /// What decides how far a displacement is seen on the four sides of a patch.
+    fn reach(&self, tree: &Hierarchy, patch: PatchId, low: DVec3, high: DVec3) -> Reach {
+        let LatticeView { right, up, depth, projection, .. } = self.view;
+        let columns = |t: DVec2| [0, 1, 2].map(|k| DVec2::new(right[k], up[k]) - t * depth[k]);
+        match *projection {
+            PixelProjection::Orthographic { scale } => {
+                let [u, v, w] = columns(DVec2::ZERO);
+                let (per_cell, per_raw) = (scale * largest_singular_value(u, v), scale * w.length());
+                Reach { per_cell, per_raw, depths: [1.0; 4], nearer: [0.0; 2] }
+            }
+            PixelProjection::Perspective { focal, tangents } => {
+                let (mut per_cell, mut per_raw) = (0.0f64, 0.0f64);
+                for t in self.corners_in_picture(low, high, tangents) {
+                    let [u, v, w] = columns(t);
+                    per_cell = per_cell.max(focal * largest_singular_value(u, v));
+                    per_raw = per_raw.max(focal * w.length());
+                }
+                let nearer = [DVec2::new(depth.x, depth.y).length(), depth.z.abs()];
+                Reach { per_cell, per_raw, depths: self.depths(tree, patch, low, high), nearer }
+            }
+        }
+    }
+}
+
+/// Pixels times depth per cell and per raw unit of displacement, the depths of the four sides, and how much nearer the end of
+/// a displacement may be, per cell and per raw unit. Without perspective all depths are 1.
+struct Reach {
+    per_cell: f64,
+    per_raw: f64,
+    depths: [f64; 4],
+    nearer: [f64; 2],
+}
+
+impl Reach {
+    /// Whether a displacement is seen as at most `tolerance` pixels.
+    fn allows(&self, side: Side, Displacement { cells, raw }: Displacement, tolerance: f64) -> bool {
+        let depth = self.depths[side as usize] - cells * self.nearer[0] - raw * self.nearer[1];
+        depth > 0.0 && cells * self.per_cell + raw * self.per_raw <= tolerance * depth
+    }
+}
+
+/// The larger singular value of the matrix with these two columns: σ² = (F + √(F² − 4 det²)) / 2 with F the sum of the
+/// squares of its elements.
+fn largest_singular_value(u: DVec2, v: DVec2) -> f64 {
+    let (squares, det) = (u.length_squared() + v.length_squared(), u.perp_dot(v));
+    // What is under the root is (|u|² − |v|²)² + 4 (u·v)², from 0 up but for rounding.
+    (0.5 * (squares + (squares * squares - 4.0 * det * det).max(0.0).sqrt())).sqrt()
 }
 
 impl Metric for PixelError<'_> {
@@ -139,10 +217,22 @@ impl Metric for PixelError<'_> {
             return Demand::Keep([0; 4]);
         }
         let allowed = self.allowed(tree, patch, low, high);
+        // Only patches with an outline ask how far it may be off.
+        let mut reach = None;
+        let mut outlined = |side: Side, k: u8| {
+            let Some(coverage) = self.errors.coverage() else { return true };
+            let off = coverage.get(tree, patch, side, k);
+            if off == Displacement::default() {
+                return true;
+            }
+            let reach = reach.get_or_insert_with(|| self.reach(tree, patch, low, high));
+            let raw = off.raw + self.errors.get(tree, patch, side, k);
+            reach.allows(side, Displacement { raw, ..off }, self.tolerance)
+        };
         let mut needs = [0; 4];
         for side in Side::ALL {
             let enough = (0..tree.resolutions().count() as u8)
-                .find(|&k| self.errors.get(tree, patch, side, k) <= allowed[side as usize]);
+                .find(|&k| self.errors.get(tree, patch, side, k) <= allowed[side as usize] && outlined(side, k));
             match enough {
                 Some(k) => needs[side as usize] = k,
                 None => return Demand::Split,

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::ExactHit;
+use crate::terrain::height_field::HeightField;
 use crate::terrain::pick::LatticeRay;
 use crate::terrain::pyramid::{Height, Level, MinMaxPyramid, larger, smaller};
 
@@ -119,6 +120,34 @@ struct Contact {
     upper: bool,
 }
 
+/// Where the surface is ground, and not the lid over a hole.
+pub(super) trait Ground {
+    /// A triangle of the ground at a point: the one given, or another that it lies on the border of. The point is given by its
+    /// triangle (cell, and whether it is the upper one) and how far beyond the cell's column and row it is.
+    fn triangle_at(&self, cell: [usize; 2], upper: bool, beyond: [f64; 2]) -> Option<([usize; 2], bool)>;
+}
+
+/// The surface of a map without holes.
+pub(super) struct Everywhere;
+
+impl Ground for Everywhere {
+    #[inline(always)]
+    fn triangle_at(&self, cell: [usize; 2], upper: bool, _: [f64; 2]) -> Option<([usize; 2], bool)> {
+        Some((cell, upper))
+    }
+}
+
+impl Ground for &HeightField {
+    fn triangle_at(&self, cell: [usize; 2], upper: bool, [s, r]: [f64; 2]) -> Option<([usize; 2], bool)> {
+        let [c, row] = cell.map(|i| i as u32);
+        if self.is_ground([c, row], upper) {
+            return Some((cell, upper));
+        }
+        let (cell, upper) = self.ground_at(f64::from(c) + s, f64::from(row) + r)?;
+        Some((cell.map(|i| i as usize), upper))
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
     /// The sign has changed.
@@ -129,9 +158,10 @@ enum Outcome {
     Stopped,
 }
 
-struct Walk<'t, T, F> {
+struct Walk<'t, T, G, F> {
     samples: &'t [T],
     levels: &'t [Level<T>],
+    ground: G,
     /// The level of the walk that is one block.
     top: usize,
     u: Axis,
@@ -153,9 +183,10 @@ struct Walk<'t, T, F> {
 }
 
 /// Walks along the ray and returns the number of steps.
-pub(super) fn walk<T: Height, F: FnMut(ExactHit) -> bool>(
+pub(super) fn walk<T: Height, G: Ground, F: FnMut(ExactHit) -> bool>(
     samples: &[T],
     levels: &[Level<T>],
+    ground: G,
     cells: [u32; 2],
     ray: &LatticeRay,
     found: F,
@@ -193,6 +224,7 @@ pub(super) fn walk<T: Height, F: FnMut(ExactHit) -> bool>(
     let mut walk = Walk {
         samples,
         levels,
+        ground,
         top,
         u,
         v,
@@ -224,7 +256,7 @@ pub(super) fn walk<T: Height, F: FnMut(ExactHit) -> bool>(
 /// The range of heights of a block that is not there: nothing is skipped for it.
 const ANYTHING: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
+impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
     #[inline(always)]
     fn sample(&self, column: usize, row: usize) -> T {
         // Columns and rows are clamped to the map by whoever steps.
@@ -469,8 +501,12 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
     #[inline(always)]
     fn pass(&mut self, t: f64, f: f64, before: Option<(f64, f64)>, [column, row]: [usize; 2], upper: bool) -> bool {
         if f == 0.0 {
-            // On the surface: a crossing only if the sign is another afterwards.
-            self.zero_since.get_or_insert(Contact { t, column, row, upper });
+            // On the surface: a crossing only if the sign is another afterwards. It is where the ray first met the ground:
+            // not where it met a lid in one plane with it.
+            let contact = Contact { t, column, row, upper };
+            if !self.zero_since.is_some_and(|first| self.on_ground(&first).is_some()) {
+                self.zero_since = Some(contact);
+            }
             return true;
         }
         let sign = if f > 0.0 { 1 } else { -1 };
@@ -495,6 +531,13 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
         self.report(contact, sign < 0)
     }
 
+    /// The triangle of the ground that a contact belongs to.
+    #[inline(always)]
+    fn on_ground(&self, &Contact { t, column, row, upper }: &Contact) -> Option<([usize; 2], bool)> {
+        let beyond = [self.u.fraction(column, t), self.v.fraction(row, t)];
+        self.ground.triangle_at([column, row], upper, beyond)
+    }
+
     /// A vertical ray meets the surface once.
     fn vertical(&mut self) {
         // The lines are measured from the middle of the cell.
@@ -510,7 +553,9 @@ impl<T: Height, F: FnMut(ExactHit) -> bool> Walk<'_, T, F> {
     #[inline(never)]
     fn report(&mut self, contact: Contact, entering: bool) -> bool {
         const EPSILON: f64 = f64::EPSILON / 2.0;
-        let Contact { t, column, row, upper } = contact;
+        // A lid over a hole is crossed unseen.
+        let Some(([column, row], upper)) = self.on_ground(&contact) else { return true };
+        let t = contact.t;
         let [a, b, c, d] = self.corners(column, row);
         // Rounding may put the point a little beside its triangle.
         let s = self.u.fraction(column, t);
