@@ -30,6 +30,9 @@ pub enum Surface {
     /// Four coarse triangles per active patch of a terrain, each hit with the bound of its error.
     #[default]
     Coarse,
+    /// The very triangles of a terrain that the picture shows, each hit with the bound of its error. Without a camera all
+    /// cells of the map.
+    Drawn,
     /// The shape itself: of a terrain every cell of the full-resolution map.
     Exact,
 }
@@ -40,6 +43,7 @@ impl Surface {
     pub fn name(self) -> &'static str {
         match self {
             Surface::Coarse => "coarse",
+            Surface::Drawn => "drawn",
             Surface::Exact => "exact",
         }
     }
@@ -77,8 +81,8 @@ pub struct PickedPoint {
 /// Finds where a ray meets the shapes of a scene.
 ///
 /// A terrain is met on the surface that is asked for: by default the four coarse triangles of each of its active patches,
-/// those of the picture that the camera takes (without a camera, of its finest patches), or exactly on every cell of its
-/// map. What is outside the picture is picked as well. No GPU is used.
+/// those of the picture that the camera takes (without a camera, of its finest patches), on the very triangles of that
+/// picture, or exactly on every cell of its map. What is outside the picture is picked as well. No GPU is used.
 ///
 /// # Example
 ///

@@ -12,7 +12,7 @@ use super::{Failure, Outcome, Output, SceneArg, in_file, load, size};
 /// Find where a ray meets the scene.
 ///
 /// Terrains are met on the four coarse triangles of each patch of the picture that the camera takes (without a camera, of
-/// their finest patches), or exactly on every cell of the map. No graphics hardware is used.
+/// their finest patches), on the triangles of that picture, or exactly on every cell of the map. No graphics hardware is used.
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("target").required(true))]
 pub(super) struct Args {
@@ -53,6 +53,8 @@ enum SurfaceArg {
     /// Four coarse triangles per patch, with the bound of their error
     #[default]
     Coarse,
+    /// The very triangles that the picture shows
+    Drawn,
     /// Every cell of the full-resolution map
     Exact,
 }
@@ -61,6 +63,7 @@ impl From<SurfaceArg> for Surface {
     fn from(arg: SurfaceArg) -> Self {
         match arg {
             SurfaceArg::Coarse => Surface::Coarse,
+            SurfaceArg::Drawn => Surface::Drawn,
             SurfaceArg::Exact => Surface::Exact,
         }
     }

@@ -52,10 +52,21 @@ pub struct DrawnSurface<'t> {
 impl<'t> DrawnSurface<'t> {
     /// The triangles of one active patch of the selection.
     pub fn triangles(&self, patch: ActivePatch) -> impl Iterator<Item = DrawnTriangle> + use<'t> {
+        self.triangles_where(patch, |_| true)
+    }
+
+    /// The triangles of one active patch, but for those in boxes that are not wanted: `wanted` is asked about boxes, north-west
+    /// and south-east corner on the lattice, that contain some of the patch's triangles each.
+    pub fn triangles_where<W>(&self, patch: ActivePatch, wanted: W) -> impl Iterator<Item = DrawnTriangle> + use<'t, W>
+    where
+        W: Fn([[u32; 2]; 2]) -> bool + Copy,
+    {
         let Self { field, tree, parts, .. } = *self;
         parts_of(patch.sides).into_iter().flat_map(move |part| {
-            parts.triangles(part).iter().map(move |triangle| {
-                let corners = place(tree, patch.id, triangle);
+            // Clamping to the map is monotone: a clamped box contains its clamped triangles.
+            let groups = parts.groups(part).filter(move |(corners, _)| wanted(place(tree, patch.id, *corners)));
+            groups.flat_map(|(_, triangles)| triangles).map(move |triangle| {
+                let corners = place(tree, patch.id, *triangle);
                 DrawnTriangle { part, corners, heights: corners.map(|[u, v]| field.raw(u, v)) }
             })
         })

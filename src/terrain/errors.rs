@@ -205,7 +205,7 @@ impl Measure<'_> {
     }
 
     fn triangle(&self, triangle: &[UnitVertex; 3]) -> f64 {
-        triangle_error(self.field, place(self.tree, self.patch, triangle))
+        triangle_error(self.field, place(self.tree, self.patch, *triangle))
     }
 }
 
@@ -217,13 +217,13 @@ pub(super) fn triangle_error(field: &HeightField, corners: [[u32; 2]; 3]) -> f64
     worst
 }
 
-/// The corners of a part's triangle in lattice coordinates, clamped to the map.
+/// Points of a part in lattice coordinates, clamped to the map: the corners of a triangle, for example.
 #[must_use]
-pub fn place(tree: &Hierarchy, patch: PatchId, triangle: &[UnitVertex; 3]) -> [[u32; 2]; 3] {
+pub fn place<const N: usize>(tree: &Hierarchy, patch: PatchId, points: [UnitVertex; N]) -> [[u32; 2]; N] {
     let step = tree.step(patch.level);
     let [u, v] = tree.origin(patch);
     let [cells_u, cells_v] = tree.cells();
-    triangle.map(|[a, b]| [(u + step * u32::from(a)).min(cells_u), (v + step * u32::from(b)).min(cells_v)])
+    points.map(|[a, b]| [(u + step * u32::from(a)).min(cells_u), (v + step * u32::from(b)).min(cells_v)])
 }
 
 macro_rules! cell_errors {
@@ -485,7 +485,7 @@ mod tests {
         let mut worst: f64 = 0.0;
         for part in parts_of(patch.sides) {
             for triangle in parts.triangles(part) {
-                let c = place(tree, patch.id, triangle);
+                let c = place(tree, patch.id, *triangle);
                 let [a, b, c] = c.map(|[u, v]| [f64::from(u), f64::from(v), field.raw(u, v)]);
                 const N: u32 = 16;
                 for i in 0..=N {

@@ -2,6 +2,7 @@
 
 pub mod data;
 pub mod drawn;
+pub mod drawn_pick;
 pub mod errors;
 pub mod exact;
 mod fill;
@@ -10,6 +11,7 @@ pub mod generate;
 pub mod height_field;
 pub mod hierarchy;
 pub mod instances;
+mod line;
 pub mod measure;
 pub mod parts;
 pub mod pick;
@@ -20,6 +22,7 @@ mod stencil;
 
 pub use data::{Detail, PatchTree, Terrain};
 pub use drawn::{DrawnSurface, DrawnTriangle};
+pub use drawn_pick::{DrawnHit, DrawnPick};
 pub use errors::TileErrors;
 pub use exact::{ExactHit, ExactSurface, SurfacePoint};
 pub use frustum::Frustum;
