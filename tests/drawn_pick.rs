@@ -591,7 +591,8 @@ mod pictures {
         let before = pick.picker(&scene).unwrap().pick(&ray, true).unwrap();
         assert!(!before.is_empty());
         view.freeze = true;
-        let camera = scene.children(scene.root()).iter().copied().find(|&k| scene.get::<PerspectiveCamera>(k).is_some());
+        let camera =
+            scene.children(scene.root()).iter().copied().find(|&k| scene.get::<PerspectiveCamera>(k).is_some());
         if let Some(mut camera) = scene.edit::<PerspectiveCamera>(camera.unwrap()) {
             camera.position = Some(DVec3::new(-9e5, -9e5, 9e5));
         }

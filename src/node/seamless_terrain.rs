@@ -13,8 +13,9 @@ use crate::action::{
 };
 use crate::terrain::pick::{CoarseSurface, Fan, LatticeRay, TerrainHit};
 use crate::terrain::{
-    ActivePatch, Detail, DrawnHit, DrawnPick, DrawnSurface, ExactHit, ExactSurface, Frustum, HeightField, Instances, LatticeFrame, LatticeView, LodEye,
-    Part, PatchTree, PixelProjection, Resolutions, Samples, Selection, Side, Terrain,
+    ActivePatch, Detail, DrawnHit, DrawnPick, DrawnSurface, ExactHit, ExactSurface, Frustum, HeightField, Instances,
+    LatticeFrame, LatticeView, LodEye, Part, PatchTree, PixelProjection, Resolutions, Samples, Selection, Side,
+    Terrain,
 };
 
 /// How a terrain is coloured.

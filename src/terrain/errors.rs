@@ -24,7 +24,7 @@
 //! samples costs about n · N · log(N)/2 log(R) integer operations. The half strips of small patches are evaluated by
 //! stencils, which are worked out once per level. Memory: 4 · n floats per patch.
 
-use super::height_field::{HeightField, Samples};
+use super::height_field::{HeightField, SampleRect, Samples};
 use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::{Half, Owner, Part, Parts, Side, UnitVertex, fan_triangles, owner};
 use super::stencil::Stencil;
@@ -45,7 +45,7 @@ use super::stencil::Stencil;
 /// assert!(errors.get(&tree, root, Side::North, 0) >= errors.get(&tree, root, Side::North, 2));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct TileErrors {
     count: usize,
     errors: Vec<f32>,
@@ -58,19 +58,30 @@ impl TileErrors {
     /// Measures all patches of a tree, on all cores.
     #[must_use]
     pub fn new(field: &HeightField, tree: &Hierarchy, parts: &Parts) -> Self {
-        use rayon::prelude::*;
         let count = tree.resolutions().count() as usize;
+        let mut made = Self { count, errors: vec![0.0f32; tree.len() * 4 * count] };
+        made.measure(field, tree, parts, |_| true);
+        made
+    }
+
+    /// Measures the patches anew that have samples in a rectangle, after those have changed.
+    pub fn update(&mut self, field: &HeightField, tree: &Hierarchy, parts: &Parts, rect: SampleRect) {
+        self.measure(field, tree, parts, |patch| rect.meets(tree.extent(patch)));
+    }
+
+    fn measure(&mut self, field: &HeightField, tree: &Hierarchy, parts: &Parts, of: impl Fn(PatchId) -> bool) {
+        use rayon::prelude::*;
         let half_strips = half_strips(tree);
         let stencils: Vec<Vec<Stencil>> =
             (0..=tree.depth()).map(|level| stencils(tree, level, &half_strips, field.columns())).collect();
-        let patches: Vec<PatchId> = (0..=tree.depth()).flat_map(|level| tree.patches(level)).collect();
-        let mut errors = vec![0.0f32; patches.len() * 4 * count];
-        errors.par_chunks_mut(4 * count).zip(&patches).with_max_len(4).for_each(|(errors, &patch)| {
-            debug_assert!(patches[tree.index(patch)] == patch, "errors lie in the tree's own order");
+        // In the tree's own order, as the errors.
+        let patches = (0..=tree.depth()).flat_map(|level| tree.patches(level));
+        let all = self.errors.chunks_mut(4 * self.count).zip(patches);
+        let wanted: Vec<(&mut [f32], PatchId)> = all.filter(|&(_, patch)| of(patch)).collect();
+        wanted.into_par_iter().with_max_len(4).for_each(|(errors, patch)| {
             let stencils = &stencils[usize::from(patch.level)];
             Measure { field, tree, parts, half_strips: &half_strips, stencils, patch }.run(errors);
         });
-        Self { count, errors }
     }
 
     /// The error of a side at a resolution, in raw units, not smaller than that of any finer one.

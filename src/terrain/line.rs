@@ -183,11 +183,7 @@ impl Line {
         } else {
             d.x.abs() >= d.y.abs()
         };
-        let t = if along_u {
-            (p[0] + s * (q[0] - p[0]) - o.x) / d.x
-        } else {
-            (p[1] + s * (q[1] - p[1]) - o.y) / d.y
-        };
+        let t = if along_u { (p[0] + s * (q[0] - p[0]) - o.x) / d.x } else { (p[1] + s * (q[1] - p[1]) - o.y) / d.y };
         Crossing { t, height: between(ha, hb, s) }
     }
 
@@ -195,7 +191,6 @@ impl Line {
     pub(super) fn rounding(&self, t: f64, height: f64, [gu, gv]: [f64; 2], cells: [u32; 2]) -> f64 {
         let (o, d) = (self.origin, self.direction);
         let ground = |g: f64, o: f64, d: f64, cells: u32| g.abs() * (o.abs() + (d * t).abs() + f64::from(cells));
-        self.margin
-            + 32.0 * EPSILON * (height.abs() + ground(gu, o.x, d.x, cells[0]) + ground(gv, o.y, d.y, cells[1]))
+        self.margin + 32.0 * EPSILON * (height.abs() + ground(gu, o.x, d.x, cells[0]) + ground(gv, o.y, d.y, cells[1]))
     }
 }

@@ -27,7 +27,7 @@ pub use errors::TileErrors;
 pub use exact::{ExactHit, ExactSurface, SurfacePoint};
 pub use frustum::Frustum;
 pub use generate::generate;
-pub use height_field::{HeightField, HeightFieldError, LatticeFrame, Samples, Voids};
+pub use height_field::{HeightField, HeightFieldError, LatticeFrame, SampleRect, Samples, Voids};
 pub use hierarchy::{Hierarchy, PatchId};
 pub use instances::{Instance, Instances};
 pub use measure::{ScreenError, screen_error};
