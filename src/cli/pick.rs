@@ -49,7 +49,7 @@ pub(super) struct Args {
 
 /// The surfaces by name.
 #[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
-enum SurfaceArg {
+pub(super) enum SurfaceArg {
     /// Four coarse triangles per patch, with the bound of their error
     #[default]
     Coarse,
@@ -69,7 +69,7 @@ impl From<SurfaceArg> for Surface {
     }
 }
 
-fn numbers<T: std::str::FromStr, const N: usize>(text: &str, what: &str) -> Result<[T; N], String> {
+pub(super) fn numbers<T: std::str::FromStr, const N: usize>(text: &str, what: &str) -> Result<[T; N], String> {
     let parsed: Result<Vec<T>, _> = text
         .split(|c: char| c == ',' || c.is_whitespace())
         .filter(|word| !word.is_empty())
@@ -135,7 +135,7 @@ pub(super) fn run(args: &Args) -> Outcome {
 }
 
 /// A hit for people.
-fn sentence(hit: &PickedPoint, scene: &Scene) -> String {
+pub(super) fn sentence(hit: &PickedPoint, scene: &Scene) -> String {
     let (p, n) = (hit.point, hit.normal);
     let mut text = format!(
         "{} {} {}  distance {}  normal {:.6} {:.6} {:.6}  {}",
@@ -228,12 +228,12 @@ struct NoRay {
 }
 
 #[derive(Serialize)]
-struct Hits {
+pub(super) struct Hits {
     hits: Vec<Hit>,
 }
 
 impl Hits {
-    fn new(hits: &[PickedPoint], scene: &Scene) -> Self {
+    pub(super) fn new(hits: &[PickedPoint], scene: &Scene) -> Self {
         Self { hits: hits.iter().map(|hit| Hit::new(hit, scene)).collect() }
     }
 }
