@@ -4,7 +4,7 @@
 mod common;
 
 use common::Rng;
-use glam::DAffine3;
+use seamount::node::HitDetail;
 use seamount::prelude::*;
 use seamount::terrain::{HeightField, generate};
 
