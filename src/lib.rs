@@ -66,8 +66,8 @@ pub mod prelude {
     pub use glam::{DAffine3, DQuat, DVec2, DVec3};
 
     pub use crate::action::{
-        Aabb, ActionError, BoundingBoxAction, Frame, PickTarget, PickedPoint, Ray, RayPickAction, RenderAction,
-        SearchAction, Surface, View,
+        Aabb, ActionError, BoundingBoxAction, Frame, GroundPoint, PickTarget, PickedPoint, Ray, RayPickAction,
+        RenderAction, SearchAction, Surface, View,
     };
     pub use crate::node::{
         AxisAngle, BaseColor, Color, ColorMode, Complexity, Cube, DetailMode, DirectionalLight, FragmentShader, Group,

@@ -82,7 +82,7 @@ fn wrong_usage_has_exit_status_2() {
 #[test]
 fn help_names_all_commands() {
     let help = good(&["--help"]);
-    for command in ["render", "pick", "bbox", "check", "tree", "generate"] {
+    for command in ["render", "pick", "sight", "bbox", "check", "tree", "generate"] {
         assert!(help.contains(command), "{help}");
         assert!(good(&[command, "--help"]).contains("Usage"));
     }
@@ -340,4 +340,32 @@ fn render_fails_without_touching_the_old_picture() {
     let message = bad(1, &["render", "scenes/cubes.ron", "-o", path(&file), "--adapter", "no such adapter"]);
     assert!(message.contains("no such adapter"), "{message}");
     assert_eq!(std::fs::read(&file).unwrap(), b"old");
+}
+
+#[test]
+fn sight_and_heights() {
+    let found = json(&["sight", FUJI, "--ground", "45300,55620", "--json"]);
+    let hit = &found["hits"][0];
+    assert_eq!(hit["surface"], "exact");
+    let [x, y, z] = [0, 1, 2].map(|k| hit["point"][k].as_f64().unwrap());
+    assert!((x - 45_300.0).abs() < 1e-6 && (y - 55_620.0).abs() < 1e-6, "{hit}");
+    assert_eq!(good(&["sight", FUJI, "--ground=-5,5"]), "no ground\n");
+    // From above the place is seen, from below it the sky is not.
+    let between = |a: f64, b: f64| format!("--between={x},{y},{a},{x},{y},{b}");
+    assert_eq!(good(&["sight", FUJI, &between(z + 1000.0, z + 1.0)]), "visible\n");
+    assert!(good(&["sight", FUJI, &between(z - 10.0, z + 1000.0)]).contains("distance 10"));
+    let drawn = json(&["sight", FUJI, "--ground", "45300,55620", "--surface", "drawn", "--json"]);
+    assert_eq!(drawn["hits"][0]["surface"], "drawn");
+    bad(2, &["sight", FUJI]);
+    bad(2, &["sight", FUJI, "--ground", "1"]);
+    bad(1, &["sight", FUJI, "--ground", "NaN,1"]);
+}
+
+#[test]
+fn the_drawn_surface_names_tile_or_strip() {
+    let found = json(&["pick", FUJI, "--pixel", "640,500", "--surface", "drawn", "--json"]);
+    let terrain = &found["hits"][0]["terrain"];
+    let triangle = terrain["triangle"].as_str().unwrap();
+    assert!(triangle.starts_with("tile ") || triangle.starts_with("strip "), "{triangle}");
+    assert!(found["hits"][0]["error_bound"].as_f64().unwrap() > 0.0);
 }

@@ -39,6 +39,11 @@ impl<'s> Cameras<'s> {
         Self { scene, size, bounds: OnceLock::new(), found: Mutex::default() }
     }
 
+    /// The box of the scene, found once.
+    pub(super) fn bounds(&self) -> Result<Option<Aabb>, ActionError> {
+        self.bounds.get_or_init(|| BoundingBoxAction::default().apply(self.scene)).clone()
+    }
+
     /// The view of the camera with this name, or of the first one.
     ///
     /// # Errors
@@ -56,7 +61,7 @@ impl<'s> Cameras<'s> {
         }
         let camera = find_camera(self.scene, name)?;
         // The lock is not held meanwhile: the walk asks shapes that may be defined anywhere.
-        let bounds = self.bounds.get_or_init(|| BoundingBoxAction::default().apply(self.scene)).clone()?;
+        let bounds = self.bounds()?;
         let refused = |error| ActionError::Camera { error, path: camera.path.names(self.scene) };
         let view = camera.viewpoint(self.size, bounds).map_err(refused)?;
         // Fields set in code were not checked by a reader: an angle beyond π has a tangent like any other.

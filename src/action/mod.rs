@@ -9,6 +9,7 @@ mod camera;
 mod cameras;
 mod error;
 mod frame;
+mod ground;
 mod ray;
 mod ray_pick;
 mod render;
@@ -27,6 +28,7 @@ pub use frame::{
     ColorMap, DebugColor, Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh, Statistics, SurfaceMaterial,
     TerrainDraw, linear_color, linear_from_srgb,
 };
+pub use ground::GroundPoint;
 pub use ray::{Ray, RayError, intersect_triangle};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
 pub use render::{DrawContext, DrawOptions, RenderAction};

@@ -30,6 +30,9 @@ pub enum Surface {
     /// Four coarse triangles per active patch of a terrain, each hit with the bound of its error.
     #[default]
     Coarse,
+    /// The very triangles of a terrain that the picture shows, each hit with the bound of its error. Without a camera all
+    /// cells of the map.
+    Drawn,
     /// The shape itself: of a terrain every cell of the full-resolution map.
     Exact,
 }
@@ -40,6 +43,7 @@ impl Surface {
     pub fn name(self) -> &'static str {
         match self {
             Surface::Coarse => "coarse",
+            Surface::Drawn => "drawn",
             Surface::Exact => "exact",
         }
     }
@@ -77,8 +81,8 @@ pub struct PickedPoint {
 /// Finds where a ray meets the shapes of a scene.
 ///
 /// A terrain is met on the surface that is asked for: by default the four coarse triangles of each of its active patches,
-/// those of the picture that the camera takes (without a camera, of its finest patches), or exactly on every cell of its
-/// map. What is outside the picture is picked as well. No GPU is used.
+/// those of the picture that the camera takes (without a camera, of its finest patches), on the very triangles of that
+/// picture, or exactly on every cell of its map. What is outside the picture is picked as well. No GPU is used.
 ///
 /// # Example
 ///
@@ -168,10 +172,10 @@ impl RayPickAction {
 /// Picks in one scene through one camera; see [`RayPickAction::picker`].
 #[derive(Debug)]
 pub struct Picker<'s> {
-    scene: &'s Scene,
+    pub(super) scene: &'s Scene,
     surface: Surface,
     viewpoint: Option<Viewpoint>,
-    cameras: Cameras<'s>,
+    pub(super) cameras: Cameras<'s>,
     frozen: Option<&'s View>,
     /// Near and far as the camera's node gives them.
     limits: (Option<f64>, Option<f64>),
@@ -221,7 +225,17 @@ impl Picker<'_> {
     ///
     /// When a shape can not be had.
     pub fn pick(&self, ray: &Ray, all: bool) -> Result<Vec<PickedPoint>, ActionError> {
-        let mut pick = Pick { picker: self, ray: *ray, all, local: Vec::new(), found: Vec::new() };
+        self.pick_of(ray, all, |_| true)
+    }
+
+    /// [`Picker::pick`] among the hits that are wanted.
+    pub(super) fn pick_of(
+        &self,
+        ray: &Ray,
+        all: bool,
+        wanted: fn(&HitDetail) -> bool,
+    ) -> Result<Vec<PickedPoint>, ActionError> {
+        let mut pick = Pick { picker: self, ray: *ray, all, wanted, local: Vec::new(), found: Vec::new() };
         walk(self.scene, &mut pick)?;
         let mut found = pick.found;
         found.sort_by(|a, b| a.distance.total_cmp(&b.distance));
@@ -236,6 +250,7 @@ struct Pick<'p, 's> {
     picker: &'p Picker<'s>,
     ray: Ray,
     all: bool,
+    wanted: fn(&HitDetail) -> bool,
     local: Vec<ShapeHit>,
     found: Vec<PickedPoint>,
 }
@@ -264,7 +279,7 @@ impl Visitor for Pick<'_, '_> {
         };
         self.local.clear();
         shape.ray(&cx, &local, !self.all, &mut self.local).map_err(|e| cx.error(e))?;
-        for hit in &self.local {
+        for hit in self.local.iter().filter(|hit| (self.wanted)(&hit.detail)) {
             self.found.push(picked(hit, &state.model, path));
         }
         if !self.all

@@ -7,6 +7,7 @@ mod check;
 mod generate;
 mod pick;
 mod render;
+mod sight;
 mod tree;
 
 use std::error::Error;
@@ -34,6 +35,7 @@ struct Args {
 enum Command {
     Render(render::Args),
     Pick(pick::Args),
+    Sight(sight::Args),
     Bbox(bbox::Args),
     Check(check::Args),
     Tree(tree::Args),
@@ -66,6 +68,7 @@ pub(crate) fn main() -> ExitCode {
     let outcome = match Args::parse().command {
         Command::Render(args) => render::run(&args),
         Command::Pick(args) => pick::run(&args),
+        Command::Sight(args) => sight::run(&args),
         Command::Bbox(args) => bbox::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Tree(args) => tree::run(&args),

@@ -12,7 +12,7 @@ use super::{Failure, Outcome, Output, SceneArg, in_file, load, size};
 /// Find where a ray meets the scene.
 ///
 /// Terrains are met on the four coarse triangles of each patch of the picture that the camera takes (without a camera, of
-/// their finest patches), or exactly on every cell of the map. No graphics hardware is used.
+/// their finest patches), on the triangles of that picture, or exactly on every cell of the map. No graphics hardware is used.
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("target").required(true))]
 pub(super) struct Args {
@@ -49,10 +49,12 @@ pub(super) struct Args {
 
 /// The surfaces by name.
 #[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
-enum SurfaceArg {
+pub(super) enum SurfaceArg {
     /// Four coarse triangles per patch, with the bound of their error
     #[default]
     Coarse,
+    /// The very triangles that the picture shows
+    Drawn,
     /// Every cell of the full-resolution map
     Exact,
 }
@@ -61,12 +63,13 @@ impl From<SurfaceArg> for Surface {
     fn from(arg: SurfaceArg) -> Self {
         match arg {
             SurfaceArg::Coarse => Surface::Coarse,
+            SurfaceArg::Drawn => Surface::Drawn,
             SurfaceArg::Exact => Surface::Exact,
         }
     }
 }
 
-fn numbers<T: std::str::FromStr, const N: usize>(text: &str, what: &str) -> Result<[T; N], String> {
+pub(super) fn numbers<T: std::str::FromStr, const N: usize>(text: &str, what: &str) -> Result<[T; N], String> {
     let parsed: Result<Vec<T>, _> = text
         .split(|c: char| c == ',' || c.is_whitespace())
         .filter(|word| !word.is_empty())
@@ -132,7 +135,7 @@ pub(super) fn run(args: &Args) -> Outcome {
 }
 
 /// A hit for people.
-fn sentence(hit: &PickedPoint, scene: &Scene) -> String {
+pub(super) fn sentence(hit: &PickedPoint, scene: &Scene) -> String {
     let (p, n) = (hit.point, hit.normal);
     let mut text = format!(
         "{} {} {}  distance {}  normal {:.6} {:.6} {:.6}  {}",
@@ -225,12 +228,12 @@ struct NoRay {
 }
 
 #[derive(Serialize)]
-struct Hits {
+pub(super) struct Hits {
     hits: Vec<Hit>,
 }
 
 impl Hits {
-    fn new(hits: &[PickedPoint], scene: &Scene) -> Self {
+    pub(super) fn new(hits: &[PickedPoint], scene: &Scene) -> Self {
         Self { hits: hits.iter().map(|hit| Hit::new(hit, scene)).collect() }
     }
 }

@@ -238,6 +238,10 @@ pub enum HitDetail {
 pub enum TerrainTriangle {
     /// The coarse triangle of a patch at this side.
     Side(Side),
+    /// A drawn triangle of the tile at this side.
+    Tile(Side),
+    /// A drawn triangle of the strip at the corner after this side, clockwise.
+    Strip(Side),
     /// The north-east half of a cell.
     Upper,
     /// The south-west half of a cell.
@@ -253,6 +257,14 @@ impl TerrainTriangle {
             TerrainTriangle::Side(Side::East) => "east",
             TerrainTriangle::Side(Side::South) => "south",
             TerrainTriangle::Side(Side::West) => "west",
+            TerrainTriangle::Tile(Side::North) => "tile north",
+            TerrainTriangle::Tile(Side::East) => "tile east",
+            TerrainTriangle::Tile(Side::South) => "tile south",
+            TerrainTriangle::Tile(Side::West) => "tile west",
+            TerrainTriangle::Strip(Side::North) => "strip north-east",
+            TerrainTriangle::Strip(Side::East) => "strip south-east",
+            TerrainTriangle::Strip(Side::South) => "strip south-west",
+            TerrainTriangle::Strip(Side::West) => "strip north-west",
             TerrainTriangle::Upper => "upper",
             TerrainTriangle::Lower => "lower",
         }
@@ -269,9 +281,11 @@ pub struct TerrainDetail {
     /// Which triangle.
     pub triangle: TerrainTriangle,
     /// Weights of the triangle's corners at the point. Coarse: west to east along its side as seen from the centre
-    /// (clockwise), then the centre. Exact: north-west, the third, south-east corner of the cell.
+    /// (clockwise), then the centre. Drawn: in the order of [`DrawnTriangle::corners`](crate::terrain::DrawnTriangle). Exact:
+    /// north-west, the third, south-east corner of the cell.
     pub barycentric: [f64; 3],
-    /// Whether a vertical wall was hit, which closes the gap between patches of different size.
+    /// Whether a vertical wall was hit: on the coarse surface one that closes the gap between patches of different size, on
+    /// the drawn one a sliver in the plane of the map's border.
     pub wall: bool,
     /// Column and row of the map's cell below or above the point.
     pub cell: [u32; 2],

@@ -13,8 +13,9 @@ use crate::action::{
 };
 use crate::terrain::pick::{CoarseSurface, Fan, LatticeRay, TerrainHit};
 use crate::terrain::{
-    ActivePatch, Detail, DrawnSurface, ExactHit, ExactSurface, Frustum, HeightField, Instances, LatticeFrame,
-    LatticeView, LodEye, PatchTree, PixelProjection, Resolutions, Samples, Selection, Side, Terrain,
+    ActivePatch, Detail, DrawnHit, DrawnPick, DrawnSurface, ExactHit, ExactSurface, Frustum, HeightField, Instances,
+    LatticeFrame, LatticeView, LodEye, Part, PatchTree, PixelProjection, Resolutions, Samples, Selection, Side,
+    Terrain,
 };
 
 /// How a terrain is coloured.
@@ -80,7 +81,7 @@ crate::define_node! {
     /// height = `base_height` + intensity · `max_height`, intensity 0..1 at the file's full depth.
     ///
     /// Render draws tiles and strips of the active patches; ray pick tests four coarse triangles per active patch and says
-    /// how far off they may be; the bounding box is that of the full-resolution heights and needs no camera. Forgetting
+    /// how far off they may be, or if so asked what is drawn or every cell; the bounding box is that of the full-resolution heights and needs no camera. Forgetting
     /// `TextureUnit(unit: 1)` before the colour map is the usual mistake: it replaces the heights.
     ///
     /// Example: `TextureUnit(unit: 0), Texture2(filename: "fuji.png"), SeamlessTerrain(size: (90600.0, 111240.0),
@@ -471,6 +472,24 @@ impl Placed {
         self.hit(hit.t, hit.point, hit.gradient, hit.wall, detail)
     }
 
+    fn drawn_hit(&self, hit: &DrawnHit) -> ShapeHit {
+        let field = self.terrain.field();
+        let detail = TerrainDetail {
+            surface: Surface::Drawn,
+            patch: hit.patch.id,
+            triangle: match hit.triangle.part {
+                Part::Tile(side, _) => TerrainTriangle::Tile(side),
+                Part::Strip(side, ..) => TerrainTriangle::Strip(side),
+            },
+            barycentric: hit.barycentric,
+            cell: self.cell(hit.point.x, hit.point.y),
+            error: hit.error(self.tree.hierarchy(), || self.tree.tile_errors(field)),
+            entering: hit.entering,
+            ..TerrainDetail::default()
+        };
+        self.hit(hit.t, hit.point, hit.gradient, hit.border, detail)
+    }
+
     fn exact_hit(&self, hit: &ExactHit) -> ShapeHit {
         let detail = TerrainDetail {
             surface: Surface::Exact,
@@ -552,6 +571,15 @@ impl ShapeNode for SeamlessTerrain {
                     !first
                 });
             }
+            Surface::Drawn => {
+                let selection = self.selection(cx, &placed)?;
+                let (tree, parts) = (placed.tree.hierarchy(), placed.tree.parts());
+                let drawn = DrawnSurface { field, tree, parts, selection: &selection };
+                DrawnPick { drawn, pyramid }.intersect(&lattice, |hit| {
+                    hits.push(placed.drawn_hit(&hit));
+                    !first
+                });
+            }
             Surface::Exact => ExactSurface { field, pyramid }.intersect(&lattice, |hit| {
                 hits.push(placed.exact_hit(&hit));
                 !first
@@ -619,7 +647,7 @@ impl ShapeNode for SeamlessTerrain {
     }
 }
 
-/// A terrain of no height is a rectangle, on both surfaces.
+/// A terrain of no height is a rectangle, on all surfaces.
 fn flat(placed: &Placed, surface: Surface, ray: &Ray, hits: &mut Vec<ShapeHit>) {
     let t = (placed.frame.base - ray.origin.z) / ray.direction.z;
     if !(t >= ray.near && t <= ray.far) {

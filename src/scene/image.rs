@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use thiserror::Error;
 
-use crate::terrain::{HeightField, HeightFieldError, Voids};
+use crate::terrain::{HeightField, HeightFieldError, SampleRect, Samples, Voids};
 
 /// Why a picture could not be had.
 #[derive(Debug, Clone, Error)]
@@ -45,6 +45,30 @@ pub enum ImageError {
         /// Pixels that came.
         given: usize,
     },
+    /// A rectangle to change lies beyond the picture.
+    #[error(
+        "columns {c0}..{c1}, rows {r0}..{r1} do not lie within a picture of {width} × {height} pixels",
+        c0 = rect.column,
+        c1 = u64::from(rect.column) + u64::from(rect.columns),
+        r0 = rect.row,
+        r1 = u64::from(rect.row) + u64::from(rect.rows)
+    )]
+    Outside {
+        /// The rectangle.
+        rect: SampleRect,
+        /// Width of the picture.
+        width: u32,
+        /// Height of the picture.
+        height: u32,
+    },
+    /// Pixels of one kind can not be put into a picture of another.
+    #[error("{given} were given, but the picture is made of {image}: give samples of its own depth")]
+    OtherDepth {
+        /// What was given.
+        given: &'static str,
+        /// What the picture has.
+        image: &'static str,
+    },
 }
 
 impl ImageError {
@@ -55,7 +79,7 @@ impl ImageError {
             ImageError::Missing { path } | ImageError::Unreadable { path, .. } | ImageError::Broken { path, .. } => {
                 Some(path)
             }
-            ImageError::WrongCount { .. } => None,
+            ImageError::WrongCount { .. } | ImageError::Outside { .. } | ImageError::OtherDepth { .. } => None,
         }
     }
 }
@@ -76,6 +100,36 @@ pub enum Pixels {
 }
 
 impl Pixels {
+    /// What kind of pixels they are, for messages.
+    fn depth(&self) -> &'static str {
+        match self {
+            Pixels::Gray8(_) => "8-bit grey",
+            Pixels::Gray16(_) => "16-bit grey",
+            Pixels::GrayF32(_) => "floats",
+            Pixels::Rgba8(_) => "8-bit colours",
+            Pixels::Rgba16(_) => "16-bit colours",
+        }
+    }
+
+    /// The pixels as heights, with the void in their units. 8-bit grey becomes 16 bits exactly (v · 257), colour becomes its
+    /// intensity.
+    pub(super) fn samples(&self, void_sample: Option<f64>) -> (Samples, Voids) {
+        let voids = |scale: f64| Voids { sample: void_sample.map(|v| v * scale) };
+        match self {
+            Pixels::Gray8(p) => (Samples::U16(p.iter().map(|&v| u16::from(v) * 257).collect()), voids(257.0)),
+            Pixels::Gray16(p) => (Samples::U16(p.clone()), voids(1.0)),
+            Pixels::GrayF32(p) => (Samples::F32(p.clone()), voids(1.0)),
+            Pixels::Rgba8(p) => {
+                let value = |[r, g, b, _]: &[u8; 4]| intensity([r, g, b].map(|&c| f64::from(c)));
+                colour_samples(p.iter().map(value), 255.0, void_sample)
+            }
+            Pixels::Rgba16(p) => {
+                let value = |[r, g, b, _]: &[u16; 4]| intensity([r, g, b].map(|&c| f64::from(c)));
+                colour_samples(p.iter().map(value), 65535.0, void_sample)
+            }
+        }
+    }
+
     fn len(&self) -> usize {
         match self {
             Pixels::Gray8(p) => p.len(),
@@ -190,24 +244,72 @@ impl Image {
     ///
     /// When there are fewer than 2 × 2 pixels, or too many.
     pub fn height_field(&self, void_sample: Option<f64>) -> Result<HeightField, HeightFieldError> {
-        let (w, h) = (self.width, self.height);
-        let voids = |scale: f64| Voids { sample: void_sample.map(|v| v * scale) };
-        match &self.pixels {
-            Pixels::Gray8(p) => {
-                let samples = p.iter().map(|&v| u16::from(v) * 257).collect();
-                HeightField::from_u16(w, h, samples, voids(257.0))
-            }
-            Pixels::Gray16(p) => HeightField::from_u16(w, h, p.clone(), voids(1.0)),
-            Pixels::GrayF32(p) => HeightField::from_f32(w, h, p.clone(), voids(1.0)),
-            Pixels::Rgba8(p) => {
-                let value = |[r, g, b, _]: &[u8; 4]| intensity([r, g, b].map(|&c| f64::from(c)));
-                colour_field(w, h, p.iter().map(value), 255.0, void_sample)
-            }
-            Pixels::Rgba16(p) => {
-                let value = |[r, g, b, _]: &[u16; 4]| intensity([r, g, b].map(|&c| f64::from(c)));
-                colour_field(w, h, p.iter().map(value), 65535.0, void_sample)
+        let (samples, voids) = self.pixels.samples(void_sample);
+        HeightField::new(self.width, self.height, samples, voids)
+    }
+
+    /// The picture with other pixels in a rectangle of it, in the memory of this one unless somebody else holds it too. It
+    /// has an identity of its own.
+    ///
+    /// # Errors
+    ///
+    /// When the rectangle is not within the picture, the number of pixels is not that of the rectangle, or they are of
+    /// another kind.
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    ///
+    /// use seamount::scene::{Image, Pixels};
+    /// use seamount::terrain::SampleRect;
+    ///
+    /// let flat = Arc::new(Image::new(3, 2, Pixels::Gray16(vec![7; 6]))?);
+    /// let middle = SampleRect { column: 1, row: 0, columns: 1, rows: 2 };
+    /// let edited = flat.overwritten(middle, &Pixels::Gray16(vec![8, 9]))?;
+    /// assert_eq!(edited.pixels(), &Pixels::Gray16(vec![7, 8, 7, 7, 9, 7]));
+    /// # Ok::<(), seamount::scene::ImageError>(())
+    /// ```
+    pub fn overwritten(self: Arc<Self>, rect: SampleRect, with: &Pixels) -> Result<Self, ImageError> {
+        fn copy<T: Copy>(pixels: &mut [T], width: usize, rect: SampleRect, with: &[T]) {
+            let (column, columns) = (rect.column as usize, rect.columns as usize);
+            let lines = pixels.chunks_exact_mut(width).skip(rect.row as usize);
+            for (line, with) in lines.zip(with.chunks_exact(columns.max(1))) {
+                if let Some(part) = line.get_mut(column..column + columns) {
+                    part.copy_from_slice(with);
+                }
             }
         }
+        self.check(rect, with)?;
+        let mut image = Arc::try_unwrap(self).unwrap_or_else(|shared| Self {
+            width: shared.width,
+            height: shared.height,
+            pixels: shared.pixels.clone(),
+            id: 0,
+        });
+        image.id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
+        let width = image.width.max(1) as usize;
+        match (&mut image.pixels, with) {
+            (Pixels::Gray8(p), Pixels::Gray8(with)) => copy(p, width, rect, with),
+            (Pixels::Gray16(p), Pixels::Gray16(with)) => copy(p, width, rect, with),
+            (Pixels::GrayF32(p), Pixels::GrayF32(with)) => copy(p, width, rect, with),
+            (Pixels::Rgba8(p), Pixels::Rgba8(with)) => copy(p, width, rect, with),
+            (Pixels::Rgba16(p), Pixels::Rgba16(with)) => copy(p, width, rect, with),
+            _ => {}
+        }
+        Ok(image)
+    }
+
+    /// Whether pixels can be put into a rectangle of the picture.
+    pub(super) fn check(&self, rect: SampleRect, with: &Pixels) -> Result<(), ImageError> {
+        if !rect.is_within(self.width, self.height) {
+            return Err(ImageError::Outside { rect, width: self.width, height: self.height });
+        }
+        if with.len() as u64 != u64::from(rect.columns) * u64::from(rect.rows) {
+            return Err(ImageError::WrongCount { width: rect.columns, height: rect.rows, given: with.len() });
+        }
+        if with.depth() != self.pixels.depth() {
+            return Err(ImageError::OtherDepth { given: with.depth(), image: self.pixels.depth() });
+        }
+        Ok(())
     }
 
     /// The picture as 8-bit sRGB with alpha, for a colour texture.
@@ -230,18 +332,12 @@ impl Image {
     }
 }
 
-fn colour_field(
-    width: u32,
-    height: u32,
-    values: impl Iterator<Item = f64>,
-    depth: f64,
-    void_sample: Option<f64>,
-) -> Result<HeightField, HeightFieldError> {
+fn colour_samples(values: impl Iterator<Item = f64>, depth: f64, void_sample: Option<f64>) -> (Samples, Voids) {
     let samples = values
         .map(|v| {
             // The void is compared at the file's depth, before scaling rounds it.
             if void_sample == Some(v) { f32::NAN } else { (v / depth) as f32 }
         })
         .collect();
-    HeightField::from_f32(width, height, samples, Voids::default())
+    (Samples::F32(samples), Voids::default())
 }

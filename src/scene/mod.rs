@@ -12,6 +12,7 @@ use std::any::Any;
 use std::collections::{HashMap, HashSet};
 use std::ops::{Deref, DerefMut};
 use std::path::{Path as FilePath, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use slotmap::SlotMap;
@@ -21,7 +22,8 @@ pub use image::{Image, ImageError, Pixels};
 pub use path::Path;
 pub use resources::Resources;
 
-use crate::node::{Node, Role, Separator};
+use crate::node::{ImageRef, Node, Role, Separator, Texture2};
+use crate::terrain::SampleRect;
 
 slotmap::new_key_type! {
     /// Names a node of one [`Scene`]. Keys of removed nodes are never used again.
@@ -68,6 +70,21 @@ pub enum EditError {
     /// The root has to stay.
     #[error("the root can not be removed")]
     Root,
+}
+
+/// Why heights could not be changed. The scene is as it was.
+#[derive(Debug, Clone, Error)]
+#[non_exhaustive]
+pub enum SetHeightsError {
+    /// The key names no texture of this scene.
+    #[error("the node is no Texture2 of this scene: name the texture that carries the heights")]
+    NoTexture,
+    /// The texture has no image.
+    #[error("the texture has neither an image nor a file name: there are no heights to change")]
+    NoImage,
+    /// The image could not be had, or the rectangle or its samples do not fit it.
+    #[error(transparent)]
+    Image(#[from] ImageError),
 }
 
 /// Where in its file a node was written. Lines and columns count from 1, columns in characters.
@@ -389,6 +406,64 @@ impl Scene {
     pub fn edit<T: Node>(&mut self, key: NodeKey) -> Option<Edit<'_, T>> {
         self.get::<T>(key)?;
         Some(Edit { scene: self, key, node: std::marker::PhantomData })
+    }
+
+    /// Gives the image of a texture, which carries the heights of a terrain for example, other pixels within a rectangle: row
+    /// by row from its north-west corner, at the depth of the image (16-bit grey for a 16-bit file). From then on the texture
+    /// has an image in memory of its own; the file, and other textures that show the same, are as they were.
+    ///
+    /// All that is derived from the heights is brought up to date with the blocks and patches that the rectangle touches, not
+    /// from scratch: the min/max tree, the bounds of errors. Textures on the graphics device are sent anew as a whole when
+    /// the scene is drawn next. In a map with voids, or where the new samples are voids, filling starts over, as it reaches
+    /// far; so its cost is that of the map. Who still holds the heights of before, such as a frame in another thread, keeps
+    /// them: they are copied then. In a frozen [`View`](crate::action::View) detail is chosen once more.
+    ///
+    /// # Errors
+    ///
+    /// When the node is no texture, its image can not be had, the rectangle lies beyond it, or the number or kind of the
+    /// pixels is wrong.
+    ///
+    /// ```
+    /// use seamount::prelude::*;
+    /// use seamount::terrain::SampleRect;
+    ///
+    /// let mut scene = Scene::new();
+    /// let root = scene.root();
+    /// let flat = Image::new(9, 9, Pixels::Gray16(vec![100; 81]))?;
+    /// let heights = scene.add(root, Texture2::from_image(flat))?;
+    /// scene.add(root, SeamlessTerrain { scale: 8.0, max_height: 65535.0, ..SeamlessTerrain::default() })?;
+    ///
+    /// // Raise a hill in the middle.
+    /// let hill = SampleRect { column: 3, row: 3, columns: 3, rows: 3 };
+    /// scene.set_heights(heights, hill, &Pixels::Gray16(vec![110, 120, 110, 120, 150, 120, 110, 120, 110]))?;
+    /// let bounds = BoundingBoxAction::default().apply(&scene)?.expect("not empty");
+    /// assert_eq!((bounds.min.z, bounds.max.z), (100.0, 150.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn set_heights(&mut self, texture: NodeKey, rect: SampleRect, pixels: &Pixels) -> Result<(), SetHeightsError> {
+        let node = self.get::<Texture2>(texture).ok_or(SetHeightsError::NoTexture)?;
+        let image = match &node.image {
+            Some(image) => Arc::clone(&image.0),
+            None if node.filename.is_empty() => return Err(SetHeightsError::NoImage),
+            None => self.resources.image(&self.resolve(&node.filename))?,
+        };
+        // A file is still there for all who name it.
+        let (before, from_file) = (image.id(), node.image.is_none());
+        let shows = |node: &Texture2| node.image.as_ref().is_some_and(|image| image.0.id() == before);
+        let used = from_file
+            || self.slots.iter().any(|(key, slot)| {
+                let node: &dyn Any = slot.node.as_ref();
+                key != texture && node.downcast_ref().is_some_and(shows)
+            });
+        image.check(rect, pixels)?;
+        // The node lets go of its image, so that it is copied only if somebody else holds it.
+        let Some(mut node) = self.edit::<Texture2>(texture) else { return Err(SetHeightsError::NoTexture) };
+        node.image = None;
+        let edited = Arc::new(image.overwritten(rect, pixels)?);
+        node.image = Some(ImageRef(Arc::clone(&edited)));
+        drop(node);
+        self.resources.edited(before, used, &edited, rect, pixels);
+        Ok(())
     }
 
     /// A node of any type to change, by its fields.

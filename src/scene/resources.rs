@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{Image, ImageError};
-use crate::terrain::{HeightField, HeightFieldError, Terrain};
+use super::{Image, ImageError, Pixels};
+use crate::terrain::{HeightField, HeightFieldError, SampleRect, Terrain};
 
 /// A cache keyed by file name, and by image identity and parameters. Everything is made when it is asked for first and
 /// kept as long as the scene.
@@ -18,6 +18,11 @@ pub struct Resources {
 }
 
 type TerrainResult = Result<Arc<Terrain>, HeightFieldError>;
+
+fn map(image: &Image, void_sample: Option<f64>, holes: bool) -> Result<HeightField, HeightFieldError> {
+    let field = image.height_field(void_sample)?;
+    Ok(if holes { field.with_holes() } else { field })
+}
 
 impl Resources {
     /// The image in a file, decoded when first asked for.
@@ -46,11 +51,28 @@ impl Resources {
         if let Some(found) = terrains.get(&key) {
             return found.clone();
         }
-        let field: Result<HeightField, _> = image.height_field(void_sample);
-        let field = field.map(|field| if holes { field.with_holes() } else { field });
-        let made = field.map(|field| Arc::new(Terrain::new(field)));
+        let made = map(image, void_sample, holes).map(|field| Arc::new(Terrain::new(field)));
         terrains.insert(key, made.clone());
         made
+    }
+
+    /// Derives the maps of an edited image from those of the image that it was before, which are dropped unless they are
+    /// still `used`. `with` are the new pixels of the rectangle.
+    pub(super) fn edited(&self, before: u64, used: bool, image: &Image, rect: SampleRect, with: &Pixels) {
+        let mut terrains = self.terrains.lock().unwrap_or_else(PoisonError::into_inner);
+        let keys: Vec<_> = terrains.keys().copied().filter(|&(id, ..)| id == before).collect();
+        for key in keys {
+            let void_sample = key.1.map(f64::from_bits);
+            let old = if used { terrains.get(&key).cloned() } else { terrains.remove(&key) };
+            let Some(Ok(old)) = old else { continue };
+            let (samples, voids) = with.samples(void_sample);
+            let made = match old.with_samples(rect, &samples, voids) {
+                Ok(edited) => Ok(Arc::new(edited)),
+                // Voids are filled from heights far away: all of the map anew, and what differs is seen by comparing.
+                Err(old) => map(image, void_sample, key.2).map(|field| Arc::new(old.edited(field))),
+            };
+            terrains.insert((image.id(), key.1, key.2), made);
+        }
     }
 
     /// Number of images decoded so far.

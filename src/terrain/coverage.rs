@@ -57,7 +57,7 @@ impl Displacement {
 }
 
 /// The displacements of the outlines of holes for all tiles of a tree.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Coverage {
     count: usize,
     /// Cells and raw height, rounded up.
@@ -222,7 +222,7 @@ impl Measure<'_> {
 
     /// What one coarse triangle shows as what it is not.
     fn triangle(&self, unit: &[UnitVertex; 3]) -> Displacement {
-        let corners = place(self.tree, self.patch, unit);
+        let corners = place(self.tree, self.patch, *unit);
         let bound = |axis: usize| {
             let [a, b, c] = corners.map(|corner| corner[axis]);
             [a.min(b).min(c), a.max(b).max(c)]

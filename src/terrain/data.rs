@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use glam::DVec3;
 
 use super::errors::TileErrors;
-use super::height_field::HeightField;
+use super::height_field::{HeightField, SampleRect, Samples, Voids};
 use super::hierarchy::Hierarchy;
 use super::parts::{Parts, Resolutions};
 use super::pick::FanErrors;
@@ -20,14 +20,60 @@ pub struct Terrain {
     field: Arc<HeightField>,
     pyramid: OnceLock<MinMaxPyramid>,
     extent: OnceLock<Option<[DVec3; 2]>>,
-    trees: Mutex<HashMap<Resolutions, Arc<PatchTree>>>,
+    trees: Trees,
 }
+
+type Trees = Mutex<HashMap<Resolutions, Arc<PatchTree>>>;
 
 impl Terrain {
     /// Derives nothing yet.
     #[must_use]
     pub fn new(field: HeightField) -> Self {
         Self { field: Arc::new(field), pyramid: OnceLock::new(), extent: OnceLock::new(), trees: Mutex::default() }
+    }
+
+    /// The terrain with other samples in a rectangle of its map; `Err` gives it back if voids are concerned, which takes the
+    /// whole map.
+    pub(crate) fn with_samples(
+        self: Arc<Self>,
+        rect: SampleRect,
+        with: &Samples,
+        voids: Voids,
+    ) -> Result<Self, Arc<Self>> {
+        // The map itself is taken out, so that it is copied only if somebody else holds it.
+        match Arc::try_unwrap(self) {
+            Ok(Self { field, pyramid, extent, trees }) => match field.overwritten(rect, with, voids) {
+                Ok(edited) => Ok(Self::update(edited, pyramid, &trees, rect)),
+                Err(field) => Err(Arc::new(Self { field, pyramid, extent, trees })),
+            },
+            Err(shared) => match Arc::clone(&shared.field).overwritten(rect, with, voids) {
+                Ok(edited) => Ok(Self::update(edited, shared.pyramid.clone(), &shared.trees, rect)),
+                Err(_) => Err(shared),
+            },
+        }
+    }
+
+    /// The terrain of an edited map, with all that was derived from the old one brought up to date; what is shared with
+    /// others is copied first. Where holes are concerned nothing is kept: they reach into all that is derived.
+    pub(crate) fn edited(self: Arc<Self>, field: HeightField) -> Self {
+        if self.field.has_holes() || field.has_holes() {
+            return Self::new(field);
+        }
+        let changed = self.field.difference(&field);
+        match Arc::try_unwrap(self) {
+            Ok(Self { pyramid, trees, .. }) => Self::update(field, pyramid, &trees, changed),
+            Err(shared) => Self::update(field, shared.pyramid.clone(), &shared.trees, changed),
+        }
+    }
+
+    fn update(field: HeightField, mut pyramid: OnceLock<MinMaxPyramid>, trees: &Trees, changed: SampleRect) -> Self {
+        if let Some(pyramid) = pyramid.get_mut() {
+            pyramid.update(&field, changed);
+        }
+        let trees = trees.lock().unwrap_or_else(PoisonError::into_inner);
+        let tree = |(&r, tree): (&Resolutions, &Arc<PatchTree>)| (r, Arc::new(tree.edited(&field, changed)));
+        let trees = Mutex::new(trees.iter().map(tree).collect());
+        Self { field: Arc::new(field), pyramid, extent: OnceLock::new(), trees }
     }
 
     /// The heights.
@@ -120,6 +166,25 @@ impl PatchTree {
             holed: OnceLock::new(),
             recent: Mutex::default(),
         }
+    }
+
+    /// The same tree over an edited map: the errors of patches with samples in the rectangle are measured anew.
+    fn edited(&self, field: &HeightField, changed: SampleRect) -> Self {
+        let mut edited = Self {
+            hierarchy: self.hierarchy.clone(),
+            parts: Arc::clone(&self.parts),
+            fan_errors: self.fan_errors.clone(),
+            tile_errors: self.tile_errors.clone(),
+            holed: OnceLock::new(),
+            recent: Mutex::default(),
+        };
+        if let Some(errors) = edited.fan_errors.get_mut() {
+            errors.update(field, &edited.hierarchy, changed);
+        }
+        if let Some(errors) = edited.tile_errors.get_mut() {
+            errors.update(field, &edited.hierarchy, &edited.parts, changed);
+        }
+        edited
     }
 
     /// Which patches there are.

@@ -55,10 +55,21 @@ pub struct DrawnSurface<'t> {
 impl<'t> DrawnSurface<'t> {
     /// The triangles of one active patch of the selection: those without a corner in a hole.
     pub fn triangles(&self, patch: ActivePatch) -> impl Iterator<Item = DrawnTriangle> + use<'t> {
+        self.triangles_where(patch, |_| true)
+    }
+
+    /// The triangles of one active patch, but for those in boxes that are not wanted: `wanted` is asked about boxes, north-west
+    /// and south-east corner on the lattice, that contain some of the patch's triangles each.
+    pub fn triangles_where<W>(&self, patch: ActivePatch, wanted: W) -> impl Iterator<Item = DrawnTriangle> + use<'t, W>
+    where
+        W: Fn([[u32; 2]; 2]) -> bool + Copy,
+    {
         let Self { field, tree, parts, .. } = *self;
         parts_of(patch.sides).into_iter().flat_map(move |part| {
-            parts.triangles(part).iter().filter_map(move |triangle| {
-                let corners = place(tree, patch.id, triangle);
+            // Clamping to the map is monotone: a clamped box contains its clamped triangles.
+            let groups = parts.groups(part).filter(move |(corners, _)| wanted(place(tree, patch.id, *corners)));
+            groups.flat_map(|(_, triangles)| triangles).filter_map(move |triangle| {
+                let corners = place(tree, patch.id, *triangle);
                 if corners.iter().any(|&[u, v]| field.is_hole(u, v)) {
                     return None;
                 }

@@ -28,7 +28,7 @@
 //! stencils, which are worked out once per level. Memory: 4 · n floats per patch.
 
 use super::coverage::Coverage;
-use super::height_field::{HeightField, Samples};
+use super::height_field::{HeightField, SampleRect, Samples};
 use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::{Half, Owner, Part, Parts, Side, UnitVertex, fan_triangles, owner};
 use super::stencil::Stencil;
@@ -49,7 +49,7 @@ use super::stencil::Stencil;
 /// assert!(errors.get(&tree, root, Side::North, 0) >= errors.get(&tree, root, Side::North, 2));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct TileErrors {
     count: usize,
     errors: Vec<f32>,
@@ -63,20 +63,22 @@ impl TileErrors {
     /// Measures all patches of a tree, on all cores.
     #[must_use]
     pub fn new(field: &HeightField, tree: &Hierarchy, parts: &Parts) -> Self {
-        use rayon::prelude::*;
         let count = tree.resolutions().count() as usize;
         let half_strips = half_strips(tree);
-        let stencils: Vec<Vec<Stencil>> =
-            (0..=tree.depth()).map(|level| stencils(tree, level, &half_strips, field.columns())).collect();
-        let patches: Vec<PatchId> = (0..=tree.depth()).flat_map(|level| tree.patches(level)).collect();
-        let mut errors = vec![0.0f32; patches.len() * 4 * count];
-        errors.par_chunks_mut(4 * count).zip(&patches).with_max_len(4).for_each(|(errors, &patch)| {
-            debug_assert!(patches[tree.index(patch)] == patch, "errors lie in the tree's own order");
-            let stencils = &stencils[usize::from(patch.level)];
-            Measure { field, tree, parts, half_strips: &half_strips, stencils, patch }.run(errors);
-        });
         let coverage = Coverage::new(field, tree, parts, &half_strips);
-        Self { count, errors, coverage }
+        let mut made = Self { count, errors: vec![0.0f32; tree.len() * 4 * count], coverage };
+        made.measure(field, tree, parts, &half_strips, |_| true);
+        made
+    }
+
+    /// Measures the patches anew that have samples in a rectangle, after those have changed. Only for maps without holes, before
+    /// and after.
+    pub fn update(&mut self, field: &HeightField, tree: &Hierarchy, parts: &Parts, rect: SampleRect) {
+        debug_assert!(
+            self.coverage.is_none() && !field.has_holes(),
+            "outlines of holes reach further than a rectangle"
+        );
+        self.measure(field, tree, parts, &half_strips(tree), |patch| rect.meets(tree.extent(patch)));
     }
 
     /// How far the outlines of holes are from where they belong; `None` for a map without holes.
@@ -84,6 +86,27 @@ impl TileErrors {
     #[must_use]
     pub fn coverage(&self) -> Option<&Coverage> {
         self.coverage.as_ref()
+    }
+
+    fn measure(
+        &mut self,
+        field: &HeightField,
+        tree: &Hierarchy,
+        parts: &Parts,
+        half_strips: &HalfStrips,
+        of: impl Fn(PatchId) -> bool,
+    ) {
+        use rayon::prelude::*;
+        let stencils: Vec<Vec<Stencil>> =
+            (0..=tree.depth()).map(|level| stencils(tree, level, half_strips, field.columns())).collect();
+        // In the tree's own order, as the errors.
+        let patches = (0..=tree.depth()).flat_map(|level| tree.patches(level));
+        let all = self.errors.chunks_mut(4 * self.count).zip(patches);
+        let wanted: Vec<(&mut [f32], PatchId)> = all.filter(|&(_, patch)| of(patch)).collect();
+        wanted.into_par_iter().with_max_len(4).for_each(|(errors, patch)| {
+            let stencils = &stencils[usize::from(patch.level)];
+            Measure { field, tree, parts, half_strips, stencils, patch }.run(errors);
+        });
     }
 
     /// The error of a side at a resolution, in raw units, not smaller than that of any finer one.
@@ -218,7 +241,7 @@ impl Measure<'_> {
     }
 
     fn triangle(&self, triangle: &[UnitVertex; 3]) -> f64 {
-        triangle_error(self.field, place(self.tree, self.patch, triangle))
+        triangle_error(self.field, place(self.tree, self.patch, *triangle))
     }
 }
 
@@ -230,13 +253,13 @@ pub(super) fn triangle_error(field: &HeightField, corners: [[u32; 2]; 3]) -> f64
     worst
 }
 
-/// The corners of a part's triangle in lattice coordinates, clamped to the map.
+/// Points of a part in lattice coordinates, clamped to the map: the corners of a triangle, for example.
 #[must_use]
-pub fn place(tree: &Hierarchy, patch: PatchId, triangle: &[UnitVertex; 3]) -> [[u32; 2]; 3] {
+pub fn place<const N: usize>(tree: &Hierarchy, patch: PatchId, points: [UnitVertex; N]) -> [[u32; 2]; N] {
     let step = tree.step(patch.level);
     let [u, v] = tree.origin(patch);
     let [cells_u, cells_v] = tree.cells();
-    triangle.map(|[a, b]| [(u + step * u32::from(a)).min(cells_u), (v + step * u32::from(b)).min(cells_v)])
+    points.map(|[a, b]| [(u + step * u32::from(a)).min(cells_u), (v + step * u32::from(b)).min(cells_v)])
 }
 
 macro_rules! cell_errors {
@@ -498,7 +521,7 @@ mod tests {
         let mut worst: f64 = 0.0;
         for part in parts_of(patch.sides) {
             for triangle in parts.triangles(part) {
-                let c = place(tree, patch.id, triangle);
+                let c = place(tree, patch.id, *triangle);
                 let [a, b, c] = c.map(|[u, v]| [f64::from(u), f64::from(v), field.raw(u, v)]);
                 const N: u32 = 16;
                 for i in 0..=N {

@@ -26,6 +26,7 @@
 //! A valid sample all of whose triangles touch a void is as good as a void: no triangle of the ground has it for a corner.
 //! It counts as part of the hole, so that each sample of the ground is a corner of the ground at full detail.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DAffine3, DMat3, DVec3};
@@ -99,6 +100,45 @@ impl Samples {
             Samples::U16(s) => size_of_val(s.as_slice()),
             Samples::F32(s) => size_of_val(s.as_slice()),
         }
+    }
+}
+
+/// A rectangle of samples of a map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct SampleRect {
+    /// Samples west of it.
+    pub column: u32,
+    /// Samples north of it.
+    pub row: u32,
+    /// Samples from west to east; with 0 it is empty.
+    pub columns: u32,
+    /// Samples from north to south.
+    pub rows: u32,
+}
+
+impl SampleRect {
+    /// Whether it has no samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.columns == 0 || self.rows == 0
+    }
+
+    /// Whether it lies within a map of so many samples.
+    #[must_use]
+    pub fn is_within(&self, columns: u32, rows: u32) -> bool {
+        let fits = |start: u32, count: u32, limit: u32| start.checked_add(count).is_some_and(|end| end <= limit);
+        fits(self.column, self.columns, columns) && fits(self.row, self.rows, rows)
+    }
+
+    /// Its last column and row; those before the first if it is empty.
+    pub(crate) fn last(&self) -> [u32; 2] {
+        [(self.column + self.columns).saturating_sub(1), (self.row + self.rows).saturating_sub(1)]
+    }
+
+    /// Whether it has samples in a block, its borders included, given by the first and last samples of the block.
+    pub(crate) fn meets(&self, [[u0, v0], [u1, v1]]: [[u32; 2]; 2]) -> bool {
+        let [last_u, last_v] = self.last();
+        !self.is_empty() && self.column <= u1 && last_u >= u0 && self.row <= v1 && last_v >= v0
     }
 }
 
@@ -189,6 +229,12 @@ impl BitGrid {
     }
 }
 
+/// The void among samples of a type: for floats whatever is no height too.
+fn is_void(samples: &Samples, voids: Voids) -> impl Fn(f64) -> bool + use<> {
+    let floats = matches!(samples, Samples::F32(_));
+    move |raw| voids.sample == Some(raw) || floats && (raw.is_nan() || raw.abs() > HeightField::MAX_FLOAT)
+}
+
 /// Identities are never reused, so that what is derived from a map (trees, GPU textures) can be kept by identity.
 static NEXT_ID: AtomicU64 = AtomicU64::new(1);
 
@@ -205,8 +251,7 @@ impl HeightField {
     ///
     /// [`HeightFieldError`] when there are fewer than 2 × 2 samples, too many, or the count does not match.
     pub fn from_u16(columns: u32, rows: u32, samples: Vec<u16>, voids: Voids) -> Result<Self, HeightFieldError> {
-        let marker = voids.sample;
-        Self::new(columns, rows, Samples::U16(samples), |raw| marker == Some(raw))
+        Self::new(columns, rows, Samples::U16(samples), voids)
     }
 
     /// A map of intensities as floats, row by row from the north-west corner. NaN and infinite samples are voids, and so
@@ -218,13 +263,10 @@ impl HeightField {
     ///
     /// As for [`HeightField::from_u16`].
     pub fn from_f32(columns: u32, rows: u32, samples: Vec<f32>, voids: Voids) -> Result<Self, HeightFieldError> {
-        let marker = voids.sample;
-        Self::new(columns, rows, Samples::F32(samples), |raw| {
-            raw.is_nan() || raw.abs() > Self::MAX_FLOAT || marker == Some(raw)
-        })
+        Self::new(columns, rows, Samples::F32(samples), voids)
     }
 
-    fn new(columns: u32, rows: u32, samples: Samples, is_void: impl Fn(f64) -> bool) -> Result<Self, HeightFieldError> {
+    pub(crate) fn new(columns: u32, rows: u32, samples: Samples, voids: Voids) -> Result<Self, HeightFieldError> {
         if columns < 2 || rows < 2 {
             return Err(HeightFieldError::TooSmall { columns, rows });
         }
@@ -234,6 +276,7 @@ impl HeightField {
         if samples.len() as u64 != u64::from(columns) * u64::from(rows) {
             return Err(HeightFieldError::WrongCount { columns, rows, given: samples.len() });
         }
+        let is_void = is_void(&samples, voids);
         let mut field =
             Self { columns, rows, samples, voids: None, holes: None, id: NEXT_ID.fetch_add(1, Ordering::Relaxed) };
         let mut mask: Option<BitGrid> = None;
@@ -342,6 +385,77 @@ impl HeightField {
                 .find(|&(inside, upper)| inside && self.is_ground(cell, upper))
                 .map(|(_, upper)| (cell, upper))
         })
+    }
+
+    /// The map with other samples in a rectangle of it, row by row from its north-west corner: a new map, in the memory of
+    /// this one unless somebody else holds it too. `Err` gives the map back as it was if voids are concerned, in the map or
+    /// in the samples (what they are filled with depends on heights far away), or the samples are of another type or number.
+    pub(crate) fn overwritten(
+        self: Arc<Self>,
+        rect: SampleRect,
+        with: &Samples,
+        voids: Voids,
+    ) -> Result<Self, Arc<Self>> {
+        fn copy<T: Copy>(map: &mut [T], width: usize, rect: SampleRect, with: &[T]) {
+            let (column, columns) = (rect.column as usize, rect.columns as usize);
+            for (line, row) in with.chunks_exact(columns.max(1)).zip(rect.row as usize..) {
+                map[row * width + column..][..columns].copy_from_slice(line);
+            }
+        }
+        let is_void = is_void(with, voids);
+        let heights = match with {
+            Samples::U16(s) => !s.iter().any(|&raw| is_void(raw.into())),
+            Samples::F32(s) => !s.iter().any(|&raw| is_void(raw.into())),
+        };
+        let same_type =
+            matches!((&self.samples, with), (Samples::U16(_), Samples::U16(_)) | (Samples::F32(_), Samples::F32(_)));
+        let fits = rect.is_within(self.columns, self.rows)
+            && with.len() as u64 == u64::from(rect.columns) * u64::from(rect.rows);
+        if self.voids.is_some() || !heights || !same_type || !fits {
+            return Err(self);
+        }
+        let mut field = Arc::try_unwrap(self).unwrap_or_else(|shared| Self {
+            samples: shared.samples.clone(),
+            voids: None,
+            holes: None,
+            ..*shared
+        });
+        field.id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
+        let width = field.columns as usize;
+        match (&mut field.samples, with) {
+            (Samples::U16(map), Samples::U16(with)) => copy(map, width, rect, with),
+            (Samples::F32(map), Samples::F32(with)) => copy(map, width, rect, with),
+            _ => {}
+        }
+        Ok(field)
+    }
+
+    /// The smallest rectangle that holds all samples whose heights differ from those of another map of the same size; empty
+    /// if none does.
+    pub(crate) fn difference(&self, other: &Self) -> SampleRect {
+        fn rows_of<T: PartialEq>(a: &[T], b: &[T], width: usize) -> [usize; 4] {
+            let mut found = [usize::MAX, usize::MAX, 0, 0];
+            for (row, (a, b)) in a.chunks(width).zip(b.chunks(width)).enumerate() {
+                let differs = |(a, b): (&T, &T)| a != b;
+                if let Some(first) = a.iter().zip(b).position(differs) {
+                    let last = a.iter().zip(b).rposition(differs).unwrap_or(first);
+                    let [u0, v0, u1, _] = found;
+                    found = [u0.min(first), v0.min(row), u1.max(last), row];
+                }
+            }
+            found
+        }
+        let width = self.columns as usize;
+        let [u0, v0, u1, v1] = match (&self.samples, &other.samples) {
+            (Samples::U16(a), Samples::U16(b)) => rows_of(a, b, width),
+            (Samples::F32(a), Samples::F32(b)) => rows_of(a, b, width),
+            _ => [0, 0, width - 1, self.rows as usize - 1],
+        };
+        if u0 == usize::MAX {
+            return SampleRect { column: 0, row: 0, columns: 0, rows: 0 };
+        }
+        let [column, row] = [u0, v0].map(|i| i as u32);
+        SampleRect { column, row, columns: u1 as u32 + 1 - column, rows: v1 as u32 + 1 - row }
     }
 
     /// Samples from west to east, at least 2.

@@ -54,7 +54,7 @@ pub fn screen_error(
             let (mut max, mut squares, mut points) = (0.0f64, 0.0f64, 0u64);
             for part in parts_of(patch.sides) {
                 for triangle in parts.triangles(part) {
-                    overlay(field, place(tree, patch.id, triangle), |u, v, surface, drawn| {
+                    overlay(field, place(tree, patch.id, *triangle), |u, v, surface, drawn| {
                         let (p, q) = (DVec3::new(u, v, surface), DVec3::new(u, v, drawn));
                         if view.frustum.contains(p) || view.frustum.contains(q) {
                             let distance = view.pixel(p).distance(view.pixel(q));

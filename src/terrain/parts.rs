@@ -193,14 +193,19 @@ pub struct Parts {
     triangles: Vec<[UnitVertex; 3]>,
     /// Range of `triangles` per part, by [`Parts::index`].
     ranges: Vec<Range<u32>>,
+    /// Boxes of the groups of each part, by [`Parts::index`].
+    groups: Vec<Vec<[UnitVertex; 2]>>,
 }
+
+/// Triangles of a part that have a box in common: about two rows of the default tile.
+const GROUP: usize = 16;
 
 impl Parts {
     /// Makes all parts. Triangles are counter-clockwise seen from above (u east, v south: clockwise in (u, v)).
     #[must_use]
     pub fn new(resolutions: Resolutions) -> Self {
         let n = resolutions.count() as u8;
-        let mut parts = Self { resolutions, triangles: Vec::new(), ranges: Vec::new() };
+        let mut parts = Self { resolutions, triangles: Vec::new(), ranges: Vec::new(), groups: Vec::new() };
         for side in Side::ALL {
             for r in 0..n {
                 parts.add(|out| tile(resolutions, side, r, out));
@@ -220,6 +225,8 @@ impl Parts {
         let start = self.triangles.len() as u32;
         make(&mut self.triangles);
         self.ranges.push(start..self.triangles.len() as u32);
+        let made = self.triangles.get(start as usize..).unwrap_or(&[]);
+        self.groups.push(made.chunks(GROUP).map(box_of).collect());
     }
 
     /// The resolutions the parts were made for.
@@ -269,6 +276,20 @@ impl Parts {
         let range = self.range(self.index(part));
         self.triangles.get(range.start as usize..range.end as usize).unwrap_or(&[])
     }
+
+    /// The triangles of one part in groups that lie together, each with its box: what does not meet a box meets none of
+    /// its triangles.
+    pub fn groups(&self, part: Part) -> impl Iterator<Item = ([UnitVertex; 2], &[[UnitVertex; 3]])> {
+        let boxes = self.groups.get(self.index(part)).map_or(&[][..], Vec::as_slice);
+        boxes.iter().copied().zip(self.triangles(part).chunks(GROUP))
+    }
+}
+
+/// The smallest box around triangles.
+fn box_of(triangles: &[[UnitVertex; 3]]) -> [UnitVertex; 2] {
+    let corners = || triangles.iter().flatten();
+    let low = corners().fold([u16::MAX; 2], |low, p| [low[0].min(p[0]), low[1].min(p[1])]);
+    [low, corners().fold([0; 2], |high, p| [high[0].max(p[0]), high[1].max(p[1])])]
 }
 
 /// The eight parts of a patch whose sides (north, east, south, west) have these resolution indices.

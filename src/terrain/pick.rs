@@ -27,7 +27,7 @@
 use glam::DVec3;
 
 use super::errors::{round_up, triangle_error};
-use super::height_field::HeightField;
+use super::height_field::{HeightField, SampleRect};
 use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::Side;
 use super::pyramid::MinMaxPyramid;
@@ -152,7 +152,7 @@ impl Fan {
 }
 
 /// Largest vertical distance between the fan of each patch and the full-resolution surface.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct FanErrors {
     errors: Vec<f32>,
 }
@@ -170,6 +170,15 @@ impl FanErrors {
         let patches: Vec<PatchId> = (0..=tree.depth()).flat_map(|level| tree.patches(level)).collect();
         let errors = patches.par_iter().map(|&patch| round_up(fan_error(field, tree, patch))).collect();
         Self { errors }
+    }
+
+    /// Measures the patches anew that have samples in a rectangle, after those have changed.
+    pub fn update(&mut self, field: &HeightField, tree: &Hierarchy, rect: SampleRect) {
+        use rayon::prelude::*;
+        let patches = (0..=tree.depth()).flat_map(|level| tree.patches(level));
+        let touched: Vec<(&mut f32, PatchId)> =
+            self.errors.iter_mut().zip(patches).filter(|&(_, patch)| rect.meets(tree.extent(patch))).collect();
+        touched.into_par_iter().for_each(|(error, patch)| *error = round_up(fan_error(field, tree, patch)));
     }
 
     /// The largest error in a patch, in raw units.

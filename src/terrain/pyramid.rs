@@ -4,7 +4,7 @@
 //! samples on all four of its sides. Values keep the type of the samples, so that a 16-bit map of N samples needs
 //! 4 N / 16 · 4/3 = N/3 bytes, a sixth of the heights themselves.
 
-use super::height_field::{HeightField, Samples};
+use super::height_field::{HeightField, SampleRect, Samples};
 
 /// Min/max tree over the cells of a map.
 ///
@@ -22,20 +22,20 @@ use super::height_field::{HeightField, Samples};
 /// assert_eq!(pyramid.range(8, 0, 0), [7.0, 900.0]);
 /// # Ok::<(), seamount::terrain::HeightFieldError>(())
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct MinMaxPyramid {
     levels: Levels,
 }
 
 /// The levels, finest first, in the type of the samples.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) enum Levels {
     U16(Vec<Level<u16>>),
     F32(Vec<Level<f32>>),
 }
 
 /// Smallest and largest heights apart: a ray above the ground reads the largest only, half of the memory.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Level<T> {
     pub(super) columns: u32,
     pub(super) rows: u32,
@@ -117,13 +117,57 @@ impl<T: Height> Level<T> {
         let (mut low, mut high) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for j in 0..rows {
             for i in 0..columns {
-                // Beyond the border `get` answers for the last block, which belongs to this one.
-                let [a, b, c, d] = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(di, dj)| self.get(2 * i + di, 2 * j + dj));
-                low.push(smaller(smaller(a[0], b[0]), smaller(c[0], d[0])));
-                high.push(larger(larger(a[1], b[1]), larger(c[1], d[1])));
+                let range = self.join(i, j);
+                low.push(range[0]);
+                high.push(range[1]);
             }
         }
         Self { columns, rows, low, high }
+    }
+
+    /// The range of block (i, j) of the level above.
+    fn join(&self, i: u32, j: u32) -> [T; 2] {
+        // Beyond the border `get` answers for the last block, which belongs to this one.
+        let [a, b, c, d] = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(di, dj)| self.get(2 * i + di, 2 * j + dj));
+        [smaller(smaller(a[0], b[0]), smaller(c[0], d[0])), larger(larger(a[1], b[1]), larger(c[1], d[1]))]
+    }
+
+    /// Computes the blocks of the smallest level and those above anew that contain samples of a rectangle, which is not
+    /// empty; their number.
+    fn update(levels: &mut [Self], samples: &[T], [cells_u, cells_v]: [u32; 2], rect: SampleRect) -> u64 {
+        const B: u32 = MinMaxPyramid::BASE;
+        let width = cells_u as usize + 1;
+        let [last_u, last_v] = rect.last();
+        let mut count = 0;
+        // A sample on the line between two blocks belongs to both.
+        let (mut first, mut last) =
+            ([rect.column, rect.row].map(|x| x.saturating_sub(1) / B), [last_u, last_v].map(|x| x / B));
+        for k in 0..levels.len() {
+            let (below, above) = levels.split_at_mut(k);
+            let Some(level) = above.first_mut() else { break };
+            last = [last[0].min(level.columns - 1), last[1].min(level.rows - 1)];
+            for j in first[1]..=last[1] {
+                for i in first[0]..=last[0] {
+                    let [low, high] = match below.last() {
+                        Some(below) => below.join(i, j),
+                        None => {
+                            let columns = i * B..=(i * B + B).min(cells_u);
+                            let rows = j * B..=(j * B + B).min(cells_v);
+                            let line = |v: u32| {
+                                &samples[v as usize * width..][*columns.start() as usize..=*columns.end() as usize]
+                            };
+                            let start = line(*rows.start())[0];
+                            rows.flat_map(line).fold([start; 2], |[low, high], &s| [smaller(low, s), larger(high, s)])
+                        }
+                    };
+                    let at = j as usize * level.columns as usize + i as usize;
+                    (level.low[at], level.high[at]) = (low, high);
+                    count += 1;
+                }
+            }
+            (first, last) = (first.map(|x| x / 2), last.map(|x| x / 2));
+        }
+        count
     }
 
     fn get(&self, i: u32, j: u32) -> [T; 2] {
@@ -167,6 +211,39 @@ impl MinMaxPyramid {
             Samples::F32(s) => Levels::F32(Level::pyramid(Level::base(field, s))),
         };
         Self { levels }
+    }
+
+    /// Makes the tree right after samples of its map within a rectangle have changed: computes the blocks that contain
+    /// some of them anew, on each level, and says how many those were. At most
+    /// (columns / 4 + 2) · (rows / 4 + 2) on the smallest level and a quarter on each level above, or one.
+    ///
+    /// ```
+    /// use seamount::terrain::{HeightField, MinMaxPyramid, SampleRect, Voids};
+    ///
+    /// let before = HeightField::from_u16(33, 33, vec![5; 33 * 33], Voids::default())?;
+    /// let mut pyramid = MinMaxPyramid::new(&before);
+    /// let mut samples = vec![5; 33 * 33];
+    /// samples[10 * 33 + 10] = 9;
+    /// let after = HeightField::from_u16(33, 33, samples, Voids::default())?;
+    /// let changed = SampleRect { column: 10, row: 10, columns: 1, rows: 1 };
+    /// assert_eq!(pyramid.update(&after, changed), 4); // of blocks of 4, 8, 16 and 32 cells one each
+    /// assert_eq!(pyramid.full_range(), [5.0, 9.0]);
+    /// # Ok::<(), seamount::terrain::HeightFieldError>(())
+    /// ```
+    pub fn update(&mut self, field: &HeightField, rect: SampleRect) -> u64 {
+        debug_assert!(rect.is_within(field.columns(), field.rows()), "{rect:?} is beyond the map");
+        if rect.is_empty() {
+            return 0;
+        }
+        match (&mut self.levels, field.samples()) {
+            (Levels::U16(levels), Samples::U16(samples)) => Level::update(levels, samples, field.cells(), rect),
+            (Levels::F32(levels), Samples::F32(samples)) => Level::update(levels, samples, field.cells(), rect),
+            // Not the tree of this map.
+            _ => {
+                *self = Self::new(field);
+                u64::MAX
+            }
+        }
     }
 
     /// Smallest and largest raw height of the block of `size` × `size` cells number `(i, j)`, borders included. `size` is a

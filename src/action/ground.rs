@@ -1,0 +1,138 @@
+//! How high the ground is at a place, and whether two points see each other.
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
+
+use glam::{DVec2, DVec3};
+
+use super::{ActionError, PickedPoint, Picker, Ray, RayPickAction, Surface};
+use crate::node::HitDetail;
+use crate::scene::Scene;
+
+/// The ground at a place of the world's (x, y) plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroundPoint {
+    /// World z.
+    pub height: f64,
+    /// Slope ∂z/∂x and ∂z/∂y in world coordinates; infinite or NaN where the ground stands upright.
+    pub gradient: DVec2,
+    /// The place as a pick sees it: normals, the terrain, cell, void or not, and the bound of the error.
+    pub picked: PickedPoint,
+}
+
+fn exact(scene: &Scene) -> Result<Picker<'_>, ActionError> {
+    RayPickAction { surface: Surface::Exact, ..RayPickAction::pixel(0, 0, [1, 1]) }.picker(scene)
+}
+
+fn is_terrain(detail: &HitDetail) -> bool {
+    matches!(detail, HitDetail::Terrain(_))
+}
+
+impl Scene {
+    /// The ground at a place of the world, on every cell of the maps: [`Picker::height_at`] on the exact surface. For many
+    /// places make one picker.
+    ///
+    /// # Errors
+    ///
+    /// When the place is not finite, or a shape can not be had.
+    ///
+    /// ```
+    /// use seamount::prelude::*;
+    ///
+    /// let mut scene = Scene::new();
+    /// let root = scene.root();
+    /// // A slope that rises to the east, 20 wide and 10 high, 100 above the origin.
+    /// scene.add(root, Transform { translation: DVec3::new(0.0, 0.0, 100.0), ..Transform::default() })?;
+    /// scene.add(root, Texture2::from_image(Image::new(3, 3, Pixels::GrayF32([0.0, 0.5, 1.0].repeat(3)))?))?;
+    /// scene.add(root, SeamlessTerrain { scale: 20.0, max_height: 10.0, ..SeamlessTerrain::default() })?;
+    ///
+    /// let ground = scene.height_at(15.0, 5.0)?.expect("there is ground");
+    /// assert_eq!((ground.height, ground.gradient), (107.5, DVec2::new(0.5, 0.0)));
+    /// assert_eq!(scene.height_at(-1.0, 5.0)?, None);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn height_at(&self, x: f64, y: f64) -> Result<Option<GroundPoint>, ActionError> {
+        exact(self)?.height_at(x, y)
+    }
+
+    /// The first obstacle between two points of the world, `None` if they see each other: [`Picker::line_of_sight`] on the
+    /// exact surface. For many lines make one picker.
+    ///
+    /// # Errors
+    ///
+    /// When a point is not finite, or a shape can not be had.
+    ///
+    /// ```
+    /// use seamount::prelude::*;
+    ///
+    /// // A ridge from north to south, 10 high, in a plain 20 wide.
+    /// let mut scene = Scene::new();
+    /// let root = scene.root();
+    /// scene.add(root, Texture2::from_image(Image::new(5, 5, Pixels::GrayF32([0.0, 0.0, 1.0, 0.0, 0.0].repeat(5)))?))?;
+    /// scene.add(root, SeamlessTerrain { scale: 20.0, max_height: 10.0, ..SeamlessTerrain::default() })?;
+    ///
+    /// let (west, east) = (DVec3::new(2.0, 10.0, 5.0), DVec3::new(18.0, 10.0, 5.0));
+    /// let obstacle = scene.line_of_sight(west, east)?.expect("the ridge is higher");
+    /// assert!(obstacle.point.distance(DVec3::new(7.5, 10.0, 5.0)) < 1e-9);
+    /// // The top of the ridge, on the ground as it is, is seen from either side.
+    /// assert_eq!(scene.line_of_sight(west, DVec3::new(10.0, 10.0, 10.0))?, None);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn line_of_sight(&self, a: DVec3, b: DVec3) -> Result<Option<PickedPoint>, ActionError> {
+        exact(self)?.line_of_sight(a, b)
+    }
+}
+
+impl Picker<'_> {
+    /// The ground at a place of the world: the topmost point of all terrains on the line through (x, y) along the world's z,
+    /// whatever transforms they stand under. `None` where there is no terrain. Other shapes do not count.
+    ///
+    /// # Errors
+    ///
+    /// When the place is not finite, or a shape can not be had.
+    pub fn height_at(&self, x: f64, y: f64) -> Result<Option<GroundPoint>, ActionError> {
+        let Some(bounds) = self.cameras.bounds()? else {
+            return Ok(None);
+        };
+        // From above everything: by the height of it all, so that rounding at the top does not matter.
+        let top = bounds.max.z + (bounds.max.z - bounds.min.z) + bounds.max.z.abs().max(1.0);
+        let down = Ray::new(DVec3::new(x, y, top), DVec3::NEG_Z)?;
+        let Some(picked) = self.pick_of(&down, false, is_terrain)?.pop() else {
+            return Ok(None);
+        };
+        let gradient = -picked.normal.truncate() / picked.normal.z;
+        Ok(Some(GroundPoint { height: picked.point.z, gradient, picked }))
+    }
+
+    /// The first obstacle on the straight line from `a` to `b`, points of the world; `None` if they see each other. All
+    /// shapes are in the way, terrains with the surface of this picker.
+    ///
+    /// An end that lies on the ground, up to the bound of the error that a hit carries (rounding, on the exact surface), does
+    /// not block the view by itself; an end below it does not see out. A line that starts below the ground, or on it and goes down, is blocked where it comes out
+    /// at the latest. A point sees itself.
+    ///
+    /// # Errors
+    ///
+    /// When a point is not finite, or a shape can not be had.
+    pub fn line_of_sight(&self, a: DVec3, b: DVec3) -> Result<Option<PickedPoint>, ActionError> {
+        if a == b && a.is_finite() {
+            return Ok(None);
+        }
+        let length = (b - a).length();
+        let ray = Ray::new(a, b - a)?.with_range(0.0, length)?;
+        // The first hit decides, unless it is the end itself.
+        let ends = |hit: &PickedPoint| {
+            // Coordinates are taken to the shape's own and back with a few roundings each.
+            let rounding = 16.0 * f64::EPSILON * (a.length() + b.length() + hit.point.length());
+            let slack = (rounding + hit.error_bound.unwrap_or(0.0)) / hit.normal.dot(ray.direction).abs();
+            let (at_a, at_b) = (hit.distance <= slack, hit.distance >= length - slack);
+            match hit.detail {
+                // Out of the ground at `a`, into it at `b`.
+                HitDetail::Terrain(detail) => at_a && !detail.entering || at_b && detail.entering,
+                _ => at_a || at_b,
+            }
+        };
+        match self.pick(&ray, false)?.pop() {
+            Some(hit) if ends(&hit) => Ok(self.pick(&ray, true)?.into_iter().find(|hit| !ends(hit))),
+            first => Ok(first),
+        }
+    }
+}

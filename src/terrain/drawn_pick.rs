@@ -1,0 +1,434 @@
+//! Where a ray meets the surface that is on the screen: the very triangles of tiles and strips.
+//!
+//! # The surface
+//!
+//! What [`DrawnSurface`] lists, nothing else. A triangle that is left out is a hole; a ray goes through it, and what it finds
+//! beyond is judged there alone, so the rim of a hole is never hit. Where a patch crosses the border of the map its
+//! triangles beyond collapse to slivers in the vertical plane of the border. They are drawn, so they are hit too, as small
+//! walls; they are as high as the error of the patch's sides at most.
+//!
+//! # The walk
+//!
+//! Patches are visited front to back; one that the ray passes above or below all heights of is left out. In an active patch
+//! each triangle that the line crosses gives two values of f = w_ray − h, where the line comes in and where it goes out; a
+//! hit is where their signs are unequal, 0 counted as above. Neighbours compute the same two numbers for the edge that they
+//! share (see the module `line`), so on a surface without cracks the signs agree from triangle to triangle and from patch to
+//! patch by construction: no crossing is lost between two triangles, and none is found twice.
+//!
+//! Only crossings count: where the ray touches an edge or a corner and comes back, the two crossings at one parameter
+//! cancel. The number of steps is bounded by that of the patches and triangles that the line meets.
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
+
+use glam::DVec3;
+
+use super::drawn::{DrawnSurface, DrawnTriangle};
+use super::errors::TileErrors;
+use super::hierarchy::{Hierarchy, PatchId};
+use super::line::{Crossing, Line, Seen, between};
+use super::parts::{Part, Side};
+use super::pick::LatticeRay;
+use super::pyramid::MinMaxPyramid;
+use super::selection::ActivePatch;
+
+/// A place where a ray meets the drawn surface, in lattice coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrawnHit {
+    /// Ray parameter.
+    pub t: f64,
+    /// Column coordinate, row coordinate and raw height of the point.
+    pub point: DVec3,
+    /// Slope ∂w/∂u and ∂w/∂v of the triangle, in raw units per cell; zero for a sliver.
+    pub gradient: [f64; 2],
+    /// For a sliver in the plane of the map's border: which border.
+    pub border: Option<Side>,
+    /// The active patch.
+    pub patch: ActivePatch,
+    /// The triangle, with the tile or strip that it belongs to.
+    pub triangle: DrawnTriangle,
+    /// Weights of the triangle's corners at the point; each in 0..=1, sum 1.
+    pub barycentric: [f64; 3],
+    /// Whether the ray goes into the ground here (from above); otherwise it comes out.
+    pub entering: bool,
+    /// Bound of the vertical distance between the ray at `t` and the triangle, in raw units: rounding alone. With
+    /// ε = 2⁻⁵³: 32 ε times the sum of |o_w|, |w|, |d_w| (|t| + (cells + |o|) / |d|) and |g| (|o| + |d t| + cells) for
+    /// either axis, where |d| is the larger horizontal component of the direction.
+    pub rounding: f64,
+}
+
+impl DrawnHit {
+    /// No point of the full-resolution surface is vertically further from the drawn one in this part, in raw units,
+    /// rounding included; the errors are not asked for where all cells are drawn.
+    #[must_use]
+    pub fn error<'e>(&self, tree: &Hierarchy, errors: impl FnOnce() -> &'e TileErrors) -> f64 {
+        self.rounding + part_error(tree, self.patch, self.triangle.part, errors)
+    }
+}
+
+/// Bound of the vertical distance of one part of a patch from the full-resolution surface, in raw units: the error of its
+/// side at its resolution, for a strip the larger of its two sides'.
+fn part_error<'e>(tree: &Hierarchy, patch: ActivePatch, part: Part, errors: impl FnOnce() -> &'e TileErrors) -> f64 {
+    let sides = match part {
+        Part::Tile(side, r) => [(side, r); 2],
+        Part::Strip(side, a, b) => [(side, a), (side.next(), b)],
+    };
+    let resolutions = tree.resolutions();
+    let [[u0, v0], [u1, v1]] = tree.extent(patch.id);
+    let size = tree.size(patch.id.level);
+    let whole = u1 - u0 == size && v1 - v0 == size;
+    // Every cell is drawn as it is; but for slivers at the border of the map.
+    if whole && tree.step(patch.id.level) == 1 && sides.iter().all(|&(_, r)| resolutions.get(r) == resolutions.max()) {
+        return 0.0;
+    }
+    let errors = errors();
+    sides.into_iter().map(|(side, r)| errors.get(tree, patch.id, side, r)).fold(0.0, f64::max)
+}
+
+/// What a pick on the drawn surface needs.
+///
+/// # Example
+///
+/// ```
+/// use glam::DVec3;
+/// use seamount::terrain::pick::LatticeRay;
+/// use seamount::terrain::{
+///     DrawnPick, DrawnSurface, Full, Hierarchy, MinMaxPyramid, Part, Parts, Resolutions, Selection, generate,
+/// };
+///
+/// let field = generate(65, 1)?;
+/// let resolutions = Resolutions::new(8, 2)?;
+/// let (tree, parts) = (Hierarchy::new(field.cells(), resolutions), Parts::new(resolutions));
+/// let selection = Selection::of(&tree, &Full);
+/// let drawn = DrawnSurface { field: &field, tree: &tree, parts: &parts, selection: &selection };
+/// let pick = DrawnPick { drawn, pyramid: &MinMaxPyramid::new(&field) };
+/// let down = LatticeRay {
+///     origin: DVec3::new(20.25, 31.5, 1e6),
+///     direction: DVec3::NEG_Z,
+///     near: 0.0,
+///     far: f64::INFINITY,
+/// };
+/// let mut found = None;
+/// pick.intersect(&down, |hit| {
+///     found = Some(hit);
+///     false
+/// });
+/// let hit = found.expect("the ray comes down on the map");
+/// // Full detail is the map itself.
+/// assert_eq!(Some(hit.point.z), field.surface(20.25, 31.5));
+/// assert!(matches!(hit.triangle.part, Part::Tile(..) | Part::Strip(..)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct DrawnPick<'t> {
+    /// The triangles.
+    pub drawn: DrawnSurface<'t>,
+    /// The min/max tree of the map.
+    pub pyramid: &'t MinMaxPyramid,
+}
+
+impl DrawnPick<'_> {
+    /// Calls `found` with the crossings of the ray with the surface, in order of t, each once, until it returns `false`.
+    ///
+    /// A ray whose origin or direction is not finite, whose direction is zero or whose range is empty crosses nothing.
+    pub fn intersect(&self, ray: &LatticeRay, found: impl FnMut(DrawnHit) -> bool) {
+        match Line::new(ray, self.drawn.tree.cells()) {
+            None => {}
+            Some(Seen::Point(line)) => self.vertical(&line, found),
+            Some(Seen::Line(line)) => {
+                let mut walk = Walk { pick: *self, line, pending: Vec::new(), before: None, found };
+                if walk.grid(0, [0, 0], self.drawn.tree.grid(0)) {
+                    walk.deliver(true);
+                }
+            }
+        }
+    }
+
+    /// A vertical ray meets one triangle; on an edge or corner any of those there.
+    fn vertical(&self, line: &Line, mut found: impl FnMut(DrawnHit) -> bool) {
+        let DrawnSurface { tree, selection, .. } = self.drawn;
+        let [cu, cv] = tree.cells();
+        let at = [line.origin.x, line.origin.y];
+        let leaf = tree.leaf_at((at[0] as u32).min(cu - 1), (at[1] as u32).min(cv - 1));
+        // The place may be on the border of patches, where the triangle of one may be left out.
+        let (us, vs) = (on_line(at[0], tree, leaf.column), on_line(at[1], tree, leaf.row));
+        for (column, row) in vs.iter().flat_map(|&row| us.iter().map(move |&column| (column, row))) {
+            let mut id = PatchId { level: tree.depth(), column, row };
+            let patch = loop {
+                match (selection.active(tree, id), tree.parent(id)) {
+                    (Some(patch), _) => break Some(patch),
+                    (None, Some(parent)) => id = parent,
+                    (None, None) => break None,
+                }
+            };
+            let Some(patch) = patch else { continue };
+            let contains = |[[u0, v0], [u1, v1]]: [[u32; 2]; 2]| {
+                at[0] >= u0.into() && at[0] <= u1.into() && at[1] >= v0.into() && at[1] <= v1.into()
+            };
+            for triangle in self.drawn.triangles_where(patch, contains) {
+                let Some(weights) = inside(&triangle, at) else { continue };
+                let [a, b, c] = triangle.heights;
+                // From the first corner: exact where the weights are.
+                let height = a + weights[1] * (b - a) + weights[2] * (c - a);
+                let t = (height - line.origin.z) / line.direction.z;
+                if t >= line.near && t <= line.far {
+                    let gradient = gradient(&triangle);
+                    found(DrawnHit {
+                        t: t * line.unit,
+                        point: DVec3::new(at[0], at[1], height),
+                        gradient,
+                        border: None,
+                        patch,
+                        triangle,
+                        barycentric: weights,
+                        entering: line.direction.z < 0.0,
+                        rounding: line.rounding(0.0, height, gradient, [cu, cv]),
+                    });
+                }
+                return;
+            }
+        }
+    }
+}
+
+/// The leaves of one axis that contain a coordinate: two on a line between them.
+fn on_line(x: f64, tree: &Hierarchy, leaf: u32) -> [u32; 2] {
+    let before = leaf.saturating_sub(1);
+    [leaf, if x == f64::from(leaf * tree.size(tree.depth())) { before } else { leaf }]
+}
+
+fn cross([au, av]: [f64; 2], [bu, bv]: [f64; 2], [cu, cv]: [f64; 2]) -> f64 {
+    (bu - au) * (cv - av) - (bv - av) * (cu - au)
+}
+
+/// The weights of a triangle's corners at a point of it, borders included; `None` outside and without area.
+fn inside(triangle: &DrawnTriangle, p: [f64; 2]) -> Option<[f64; 3]> {
+    let [a, b, c] = triangle.corners.map(|corner| corner.map(f64::from));
+    let area = cross(a, b, c);
+    // The value of an edge is a difference of products with the coordinates of one lattice point less p, the same for both
+    // neighbours but for its sign: on one side of the edge at least it is not negative.
+    let edge = |a: [f64; 2], b: [f64; 2]| if a <= b { cross(p, a, b) } else { -cross(p, b, a) };
+    let weights = [edge(b, c), edge(c, a), edge(a, b)].map(|w| w * area.signum());
+    (area != 0.0 && weights.iter().all(|&w| w >= 0.0)).then(|| {
+        let sum: f64 = weights.iter().sum();
+        weights.map(|w| w / sum)
+    })
+}
+
+/// Slope of a triangle in raw units per cell; zero if it has no area.
+fn gradient(triangle: &DrawnTriangle) -> [f64; 2] {
+    let [a, b, c] = triangle.corners.map(|corner| corner.map(f64::from));
+    let area = cross(a, b, c);
+    if area == 0.0 {
+        return [0.0, 0.0];
+    }
+    let [ha, hb, hc] = triangle.heights;
+    let (e, f) = ([b[0] - a[0], b[1] - a[1], hb - ha], [c[0] - a[0], c[1] - a[1], hc - ha]);
+    [(e[2] * f[1] - f[2] * e[1]) / area, (f[2] * e[0] - e[2] * f[0]) / area]
+}
+
+/// Whether a triangle has no area seen from above.
+fn is_sliver(triangle: &DrawnTriangle) -> bool {
+    let [a, b, c] = triangle.corners.map(|corner| corner.map(f64::from));
+    cross(a, b, c) == 0.0
+}
+
+/// The border of the map in whose plane a triangle without area lies.
+fn border(triangle: &DrawnTriangle, [cu, cv]: [u32; 2]) -> Option<Side> {
+    let all = |axis: usize, at: u32| triangle.corners.iter().all(|corner| corner.get(axis) == Some(&at));
+    [(Side::East, 0, cu), (Side::South, 1, cv), (Side::West, 0, 0), (Side::North, 1, 0)]
+        .into_iter()
+        .find(|&(_, axis, at)| all(axis, at))
+        .map(|(side, ..)| side)
+}
+
+/// A crossing that waits for those of the same patch.
+#[derive(Debug, Clone, Copy)]
+struct Pending {
+    t: f64,
+    entering: bool,
+    /// Whether it lies where the ray leaves the triangle, so that the next triangle may have one at the same parameter.
+    last: bool,
+    patch: ActivePatch,
+    triangle: DrawnTriangle,
+}
+
+struct Walk<'t, F> {
+    pick: DrawnPick<'t>,
+    line: Line,
+    pending: Vec<Pending>,
+    /// Whether the last hit that was handed over went into the ground.
+    before: Option<bool>,
+    found: F,
+}
+
+impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
+    /// Visits the patches `first..last` of a level that the line meets, in order. `false` when nothing more is wanted.
+    fn grid(&mut self, level: u8, first: [u32; 2], last: [u32; 2]) -> bool {
+        let d = self.line.direction;
+        // The line climbs or descends in both indices: this order is that along the line.
+        let order = |k: u32, first: u32, last: u32, d: f64| if d >= 0.0 { first + k } else { last - 1 - k };
+        for i in 0..last[0] - first[0] {
+            for j in 0..last[1] - first[1] {
+                let column = order(i, first[0], last[0], d.x);
+                let row = order(j, first[1], last[1], d.y);
+                if !self.patch(PatchId { level, column, row }) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    fn patch(&mut self, id: PatchId) -> bool {
+        let DrawnPick { drawn: DrawnSurface { tree, selection, .. }, pyramid } = self.pick;
+        let extent = tree.extent(id);
+        if !self.line.meets(extent) {
+            return true;
+        }
+        let [enter, leave] = self.line.within(extent);
+        // Beyond the range by more than rounding may move a parameter.
+        if enter - leave > 8.0 * f64::EPSILON * (enter.abs() + leave.abs()) {
+            return true;
+        }
+        if self.line.clear_of(pyramid.range(tree.size(id.level), id.column, id.row), [enter, leave]) != 0 {
+            return true;
+        }
+        if selection.is_split(tree, id) {
+            let r = tree.resolutions().branching();
+            let [columns, rows] = tree.grid(id.level + 1);
+            let first = [id.column * r, id.row * r];
+            return self.grid(id.level + 1, first, [(first[0] + r).min(columns), (first[1] + r).min(rows)]);
+        }
+        match selection.active(tree, id) {
+            Some(patch) => self.triangles(patch),
+            None => true,
+        }
+    }
+
+    fn triangles(&mut self, patch: ActivePatch) -> bool {
+        let line = self.line;
+        let drawn = self.pick.drawn;
+        for triangle in drawn.triangles_where(patch, |group| line.meets(group)) {
+            let positive = triangle.corners.map(|corner| line.side(corner.map(f64::from)) >= 0.0);
+            let [p, q, r] = positive;
+            if p == q && q == r {
+                continue;
+            }
+            let [a, b, c] = triangle.corners;
+            let [ha, hb, hc] = triangle.heights;
+            // One edge goes from the negative to the positive side, one back. Seen from above the triangle turns to the left,
+            // and (u, v) is seen from below: the ray comes in where an edge goes to the positive side.
+            let (mut enter, mut leave) = (None, None);
+            for (from, to, start, end) in [(p, q, (a, ha), (b, hb)), (q, r, (b, hb), (c, hc)), (r, p, (c, hc), (a, ha))]
+            {
+                match (from, to) {
+                    (false, true) => enter = Some(line.crossing(start, end)),
+                    (true, false) => leave = Some(line.crossing(start, end)),
+                    _ => {}
+                }
+            }
+            if let (Some(enter), Some(leave)) = (enter, leave) {
+                self.piece(patch, triangle, enter, leave);
+            }
+        }
+        self.deliver(false)
+    }
+
+    /// Looks for a change of sign between the two edges of a triangle, within the ray's range.
+    #[inline]
+    fn piece(&mut self, patch: ActivePatch, triangle: DrawnTriangle, enter: Crossing, leave: Crossing) {
+        let (near, far) = (self.line.near, self.line.far);
+        let (mut t0, mut t1) = (enter.t, leave.t);
+        if t1 < near || t0 > far {
+            return;
+        }
+        let (mut f0, mut f1) = (self.line.height(t0) - enter.height, self.line.height(t1) - leave.height);
+        if t0 < near && near <= t1 {
+            let s = (near - t0) / (t1 - t0);
+            (t0, f0) = (near, self.line.height(near) - between(enter.height, leave.height, s));
+        }
+        if t1 > far && far >= t0 {
+            let s = (far - enter.t) / (leave.t - enter.t);
+            (t1, f1) = (far, self.line.height(far) - between(enter.height, leave.height, s));
+        }
+        let entering = f0 >= 0.0 && f1 < 0.0;
+        if !entering && !(f0 < 0.0 && f1 >= 0.0) {
+            return;
+        }
+        // Rounding may turn the order of two edges that meet in a corner.
+        let t = (t0 + (t1 - t0) * (f0 / (f0 - f1))).clamp(t0.min(t1), t0.max(t1));
+        self.pending.push(Pending { t, entering, last: t >= t1, patch, triangle });
+    }
+
+    /// Hands over what was found; but for a last hit on the border of the patch if it may turn out to be a touch, unless it is
+    /// the `end`.
+    fn deliver(&mut self, end: bool) -> bool {
+        self.pending.sort_by(|a, b| a.t.total_cmp(&b.t));
+        let mut at = 0;
+        while let Some(&hit) = self.pending.get(at) {
+            let opposite = |next: &&Pending| next.t == hit.t && next.entering != hit.entering;
+            match self.pending.get(at + 1).filter(opposite) {
+                // In and out at one place is a touch; but slivers that lie in one plane are all there.
+                Some(next) if !(is_sliver(&hit.triangle) || is_sliver(&next.triangle)) => at += 2,
+                // In turn with what was before or comes after.
+                Some(next)
+                    if self.before.map_or_else(
+                        || self.pending.get(at + 2).is_some_and(|after| after.entering == next.entering),
+                        |before| before == hit.entering,
+                    ) =>
+                {
+                    self.pending.swap(at, at + 1);
+                }
+                None if hit.last && !end && at + 1 == self.pending.len() => break,
+                _ => {
+                    at += 1;
+                    self.before = Some(hit.entering);
+                    let hit = self.hit(&hit);
+                    if !(self.found)(hit) {
+                        return false;
+                    }
+                }
+            }
+        }
+        self.pending.drain(..at);
+        true
+    }
+
+    fn hit(&self, pending: &Pending) -> DrawnHit {
+        let &Pending { t, entering, patch, triangle, .. } = pending;
+        let cells = self.pick.drawn.tree.cells();
+        let p = self.line.at(t);
+        let gradient = gradient(&triangle);
+        let corners = triangle.corners.map(|corner| corner.map(f64::from));
+        let [cu, cv] = cells.map(f64::from);
+        let p = DVec3::new(p.x.clamp(0.0, cu), p.y.clamp(0.0, cv), p.z);
+        // A sliver is seen from the side, along the border and upwards.
+        let edge_on = is_sliver(&triangle).then(|| border(&triangle, cells)).flatten();
+        let flat = |[u, v]: [f64; 2], w: f64| match edge_on {
+            None => [u, v],
+            Some(Side::East | Side::West) => [v, w],
+            Some(Side::North | Side::South) => [u, w],
+        };
+        let [a, b, c] = corners;
+        let [ha, hb, hc] = triangle.heights;
+        let (a, b, c, p2) = (flat(a, ha), flat(b, hb), flat(c, hc), flat([p.x, p.y], p.z));
+        let area = cross(a, b, c);
+        let weights = [cross(p2, b, c), cross(p2, c, a), cross(p2, a, b)].map(|w| (w / area).clamp(0.0, 1.0));
+        let sum: f64 = weights.iter().sum();
+        let barycentric = if area != 0.0 && sum > 0.0 { weights.map(|w| w / sum) } else { [1.0, 0.0, 0.0] };
+        let height = match edge_on {
+            Some(_) => p.z,
+            None => ha + barycentric[1] * (hb - ha) + barycentric[2] * (hc - ha),
+        };
+        DrawnHit {
+            t: t * self.line.unit,
+            point: DVec3::new(p.x, p.y, height),
+            gradient,
+            border: edge_on,
+            patch,
+            triangle,
+            barycentric,
+            entering,
+            rounding: self.line.rounding(t, height, gradient, cells),
+        }
+    }
+}
