@@ -444,6 +444,7 @@ fn effects(geometry: GeometryKind) -> Effects {
         debug_color: DebugColor::Plain,
         ambient: false,
         emissive: false,
+        morph: false,
     }
 }
 

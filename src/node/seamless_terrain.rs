@@ -14,7 +14,7 @@ use crate::action::{
 use crate::terrain::pick::{CoarseSurface, Fan, LatticeRay, TerrainHit};
 use crate::terrain::{
     ActivePatch, Detail, ExactHit, ExactSurface, Frustum, HeightField, Instances, LatticeFrame, LatticeView, LodEye,
-    PatchTree, PixelProjection, Resolutions, Samples, Selection, Side, Terrain,
+    PatchTree, PixelProjection, Precision, Resolutions, Samples, Selection, Side, Terrain,
 };
 
 /// How a terrain is coloured.
@@ -104,6 +104,10 @@ crate::define_node! {
         /// the one before. The default was chosen by measurement: few triangles for a given error, with patches that are
         /// still few enough to choose among in no time.
         pub resolutions: (u32, u32) = (8, 2),
+        /// Whether heights blend between levels as the camera moves, instead of jumping. The error stays within what `detail`
+        /// allows, for more triangles; docs/morph.md has the figures. Needs two resolutions: with more a patch has more than
+        /// one refinement. Full detail has nothing to blend.
+        pub morph: bool = false,
         /// Whether patches outside the view are left out when drawing.
         pub culling: bool = true,
         /// How it is coloured.
@@ -146,6 +150,15 @@ impl SeamlessTerrain {
         if let Err(error) = Resolutions::new(self.resolutions.0, self.resolutions.1) {
             need("resolutions", false, error.to_string());
         }
+        let (min, count) = self.resolutions;
+        need(
+            "morph",
+            !self.morph || count == 2,
+            format!(
+                "morph works with two resolutions, where a patch has one refinement; resolutions ({min}, {count}) have \
+                 {count}: give resolutions ({min}, 2), or morph false"
+            ),
+        );
         problems
     }
 
@@ -189,13 +202,19 @@ impl SeamlessTerrain {
         let allowed = 4f64.powf(1.0 - 2.0 * cx.state.complexity.value);
         Ok(match self.detail {
             DetailMode::Full => Detail::Leaves,
-            DetailMode::Precision(precision) => {
-                lod_eye(view, cx, placed).map_or(Detail::Leaves, |eye| Detail::precision(precision / allowed, eye))
+            DetailMode::Precision(precision) => lod_eye(view, cx, placed).map_or(Detail::Leaves, |eye| {
+                let metric = Precision { precision: precision / allowed, eye };
+                if self.morph { Detail::MorphPrecision(metric) } else { Detail::Precision(metric) }
+            }),
+            DetailMode::PixelError(tolerance) => {
+                let tolerance = tolerance * allowed;
+                let view = lattice_view(view, &cx.state.model, &placed.frame);
+                if self.morph {
+                    Detail::MorphPixelError { tolerance, view }
+                } else {
+                    Detail::PixelError { tolerance, view }
+                }
             }
-            DetailMode::PixelError(tolerance) => Detail::PixelError {
-                tolerance: tolerance * allowed,
-                view: lattice_view(view, &cx.state.model, &placed.frame),
-            },
         })
     }
 
@@ -357,6 +376,9 @@ impl History {
         }
         if let Some(list) = Arc::get_mut(&mut list) {
             list.update(tree, placed.tree.parts(), &self.visible);
+            if let Some(choice) = &self.choice {
+                list.weigh(tree, placed.tree.parts(), &self.visible, &choice.selection);
+            }
         }
         self.instances.push(Arc::clone(&list));
         (self.listed, self.frustum) = (true, frustum);
@@ -589,6 +611,7 @@ impl ShapeNode for SeamlessTerrain {
                 ColorMode::Levels => DebugColor::Levels,
             },
             lit: false,
+            morph: !instances.weights().is_empty(),
         };
         let draw = TerrainDraw {
             heights: Arc::clone(placed.terrain.field()),

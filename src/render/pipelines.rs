@@ -6,7 +6,7 @@ use super::RenderError;
 use super::error::guarded;
 use super::shader::Variant;
 use crate::action::GeometryKind;
-use crate::terrain::Instance;
+use crate::terrain::{Instance, PatchWeights};
 
 /// Depth is kept in 32-bit floats.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -137,6 +137,7 @@ impl Pipelines {
         let mut layouts = vec![Some(draw_layout)];
         layouts.extend(textures.map(Some));
         let instance = wgpu::vertex_attr_array![0 => Uint32x2, 1 => Uint32];
+        let weights = wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32];
         let lit_corner = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3];
         let corner = wgpu::vertex_attr_array![0 => Float32x3];
         let buffer = if variant.terrain() {
@@ -152,6 +153,14 @@ impl Pipelines {
                 attributes: if variant.lit() { &lit_corner } else { &corner },
             }
         };
+        let mut buffers = vec![Some(buffer)];
+        if variant.morph {
+            buffers.push(Some(wgpu::VertexBufferLayout {
+                array_stride: size_of::<PatchWeights>() as u64,
+                step_mode: wgpu::VertexStepMode::Instance,
+                attributes: &weights,
+            }));
+        }
         guarded(device, "compiling a shader", || {
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some("effects"),
@@ -169,7 +178,7 @@ impl Pipelines {
                     module: &module,
                     entry_point: Some("vertex_main"),
                     compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    buffers: &[Some(buffer)],
+                    buffers: &buffers,
                 },
                 primitive: wgpu::PrimitiveState {
                     // Triangles are counter-clockwise seen from outside, in a picture whose y points up.

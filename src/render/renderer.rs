@@ -17,7 +17,7 @@ use super::timer::Timer;
 use super::uniforms::{self, STRIP_COLOR, TILE_COLOR};
 use crate::action::{DebugColor, Draw, Frame, Geometry, GeometryKind, Mesh, TerrainDraw};
 use crate::node::TextureFilter;
-use crate::terrain::{Instance, Parts, Resolutions, Samples};
+use crate::terrain::{Instance, Parts, PatchWeights, Resolutions, Samples};
 
 /// What a [`Renderer`] is made with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,6 +108,8 @@ pub struct Renderer {
     /// Bindings of the uniforms by their size.
     bound_uniforms: HashMap<u64, wgpu::BindGroup>,
     instances: GrowingBuffer,
+    /// Weights of the instances of terrains that morph.
+    weights: GrowingBuffer,
     corners: GrowingBuffer,
     corner_indices: GrowingBuffer,
     timer: Option<Timer>,
@@ -119,6 +121,7 @@ pub struct Renderer {
 struct Scratch {
     uniforms: Vec<u8>,
     instances: Vec<Instance>,
+    weights: Vec<PatchWeights>,
     corners: Vec<[Vec3; 2]>,
     corner_indices: Vec<u32>,
     jobs: Vec<Job>,
@@ -143,6 +146,8 @@ enum Ready {
         indices: wgpu::Buffer,
         /// First of its instances in the buffer of the frame.
         first: u32,
+        /// First of their weights, if the terrain morphs.
+        first_weight: Option<u32>,
     },
     Mesh {
         /// First of its corners and of its indices in the buffers of the frame, and their number.
@@ -184,6 +189,7 @@ impl Renderer {
             uniforms: buffer("uniforms of a frame", wgpu::BufferUsages::UNIFORM),
             bound_uniforms: HashMap::new(),
             instances: buffer("instances of a frame", wgpu::BufferUsages::VERTEX),
+            weights: buffer("weights of a frame", wgpu::BufferUsages::VERTEX),
             corners: buffer("meshes of a frame", wgpu::BufferUsages::VERTEX),
             corner_indices: buffer("meshes of a frame", wgpu::BufferUsages::INDEX),
             timer: None,
@@ -231,6 +237,7 @@ impl Renderer {
         let scratch = &self.scratch;
         let sent = scratch.uniforms.len()
             + size_of_val(scratch.instances.as_slice())
+            + size_of_val(scratch.weights.as_slice())
             + size_of_val(scratch.corners.as_slice())
             + size_of_val(scratch.corner_indices.as_slice());
         Ok(DrawReport {
@@ -263,7 +270,7 @@ impl Renderer {
     /// Bytes that the renderer holds on the device.
     #[must_use]
     pub fn gpu_bytes(&self) -> u64 {
-        let buffers = [&self.uniforms, &self.instances, &self.corners, &self.corner_indices];
+        let buffers = [&self.uniforms, &self.instances, &self.weights, &self.corners, &self.corner_indices];
         self.textures.bytes()
             + self.parts.values().map(wgpu::Buffer::size).sum::<u64>()
             + self.targets.as_ref().map_or(0, |t| t.bytes)
@@ -275,6 +282,7 @@ impl Renderer {
         let scratch = &mut self.scratch;
         scratch.uniforms.clear();
         scratch.instances.clear();
+        scratch.weights.clear();
         scratch.corners.clear();
         scratch.corner_indices.clear();
         scratch.jobs.clear();
@@ -300,7 +308,12 @@ impl Renderer {
                 })?;
                 let first = self.scratch.instances.len() as u32;
                 self.scratch.instances.extend_from_slice(terrain.instances.data());
-                (Ready::Terrain { textures, indices: indices.clone(), first }, factor)
+                let first_weight = variant.morph.then(|| {
+                    let first = self.scratch.weights.len() as u32;
+                    self.scratch.weights.extend_from_slice(terrain.instances.weights());
+                    first
+                });
+                (Ready::Terrain { textures, indices: indices.clone(), first, first_weight }, factor)
             }
             (Geometry::Mesh(mesh), None) => (self.scratch.add_mesh(mesh), 1.0),
             _ => return Err(RenderError::Effects("the effects are for another kind of geometry")),
@@ -371,6 +384,7 @@ impl Renderer {
             self.bound_uniforms.clear();
         }
         self.instances.write(device, queue, bytemuck::cast_slice(&scratch.instances))?;
+        self.weights.write(device, queue, bytemuck::cast_slice(&scratch.weights))?;
         self.corners.write(device, queue, bytemuck::cast_slice(&scratch.corners))?;
         self.corner_indices.write(device, queue, bytemuck::cast_slice(&scratch.corner_indices))?;
         let Some(buffer) = self.uniforms.get() else { return Ok(()) };
@@ -445,10 +459,15 @@ impl Renderer {
         pass.set_pipeline(&job.pipeline);
         pass.set_bind_group(0, bound_uniforms, &job.uniforms[..1]);
         match (&job.geometry, &draw.geometry) {
-            (Ready::Terrain { textures, indices, first }, Geometry::Terrain(terrain)) => {
+            (Ready::Terrain { textures, indices, first, first_weight }, Geometry::Terrain(terrain)) => {
                 let Some(instances) = self.instances.get() else { return 0 };
                 pass.set_bind_group(1, textures, &[]);
-                pass.set_vertex_buffer(0, instances.slice(..));
+                // From its own on: another terrain of the frame may have no weights.
+                pass.set_vertex_buffer(0, instances.slice(u64::from(*first) * size_of::<Instance>() as u64..));
+                if let Some(first) = first_weight {
+                    let Some(weights) = self.weights.get() else { return 0 };
+                    pass.set_vertex_buffer(1, weights.slice(u64::from(*first) * size_of::<PatchWeights>() as u64..));
+                }
                 pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
                 // Parts are numbered tiles first.
                 let tiles = 4 * terrain.parts.resolutions().count() as usize;
@@ -460,11 +479,7 @@ impl Renderer {
                         bound = wanted;
                     }
                     let triangles = terrain.parts.range(*part);
-                    pass.draw_indexed(
-                        triangles.start * 3..triangles.end * 3,
-                        0,
-                        first + range.start..first + range.end,
-                    );
+                    pass.draw_indexed(triangles.start * 3..triangles.end * 3, 0, range.clone());
                 }
                 terrain.instances.ranges().len() as u32
             }
@@ -522,6 +537,12 @@ fn check_effects(draw: &Draw) -> Result<(), RenderError> {
             (kind, terrain.color_map.is_some())
         }
     };
+    if draw.effects.morph
+        && let Geometry::Terrain(terrain) = &draw.geometry
+        && terrain.instances.weights().len() != terrain.instances.data().len()
+    {
+        return Err(RenderError::Effects("heights are to blend between levels, but the instances have no weights"));
+    }
     if draw.effects.geometry != kind {
         return Err(RenderError::Effects("the effects are for another kind of geometry"));
     }

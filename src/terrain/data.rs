@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use super::errors::TileErrors;
 use super::height_field::HeightField;
 use super::hierarchy::Hierarchy;
+use super::morph::{MorphErrors, MorphPixelError};
 use super::parts::{Parts, Resolutions};
 use super::pick::FanErrors;
 use super::pixel_error::{LatticeView, PixelError};
@@ -61,6 +62,15 @@ pub enum Detail {
         /// The camera.
         view: LatticeView,
     },
+    /// The paper's metric with heights that blend between levels. The tree has to have two resolutions.
+    MorphPrecision(Precision),
+    /// The error in pixels with heights that blend between levels. The tree has to have two resolutions.
+    MorphPixelError {
+        /// τ in pixels.
+        tolerance: f64,
+        /// The camera.
+        view: LatticeView,
+    },
 }
 
 impl Detail {
@@ -81,6 +91,7 @@ pub struct PatchTree {
     parts: Arc<Parts>,
     fan_errors: OnceLock<FanErrors>,
     tile_errors: OnceLock<TileErrors>,
+    morph_errors: OnceLock<MorphErrors>,
     recent: Mutex<Vec<(Detail, Arc<Selection>)>>,
 }
 
@@ -93,6 +104,7 @@ impl PatchTree {
             parts: Arc::new(Parts::new(resolutions)),
             fan_errors: OnceLock::new(),
             tile_errors: OnceLock::new(),
+            morph_errors: OnceLock::new(),
             recent: Mutex::default(),
         }
     }
@@ -120,6 +132,11 @@ impl PatchTree {
         self.tile_errors.get_or_init(|| TileErrors::new(field, &self.hierarchy, &self.parts))
     }
 
+    /// The vertical errors of all patches with any weights, made on first call from the field that the tree belongs to.
+    pub fn morph_errors(&self, field: &HeightField) -> &MorphErrors {
+        self.morph_errors.get_or_init(|| MorphErrors::new(field, &self.hierarchy, &self.parts))
+    }
+
     /// The active patches for this detail. The same detail gives the same selection without work; `terrain` is the one that
     /// the tree belongs to.
     pub fn select(&self, terrain: &Terrain, detail: &Detail) -> Arc<Selection> {
@@ -141,6 +158,11 @@ impl PatchTree {
                 let errors = self.tile_errors(terrain.field());
                 let pyramid = terrain.pyramid();
                 selection.update(&self.hierarchy, &PixelError { tolerance: *tolerance, view, errors, pyramid });
+            }
+            Detail::MorphPrecision(precision) => selection.update_morphing(&self.hierarchy, precision),
+            Detail::MorphPixelError { tolerance, view } => {
+                let errors = self.morph_errors(terrain.field());
+                selection.update_morphing(&self.hierarchy, &MorphPixelError { tolerance: *tolerance, view, errors });
             }
         }
         let selection = Arc::new(selection);

@@ -6,6 +6,7 @@
 use super::errors::place;
 use super::height_field::HeightField;
 use super::hierarchy::Hierarchy;
+use super::morph::morphed_height;
 use super::parts::{Part, Parts, parts_of};
 use super::selection::{ActivePatch, Selection};
 
@@ -50,13 +51,21 @@ pub struct DrawnSurface<'t> {
 }
 
 impl<'t> DrawnSurface<'t> {
-    /// The triangles of one active patch of the selection.
+    /// The triangles of one active patch of the selection. A selection that morphs has its weights in the heights.
     pub fn triangles(&self, patch: ActivePatch) -> impl Iterator<Item = DrawnTriangle> + use<'t> {
-        let Self { field, tree, parts, .. } = *self;
+        let Self { field, tree, parts, selection } = *self;
+        let weights = selection.weights(tree, patch.id);
+        let (step, last) = (tree.step(patch.id.level), tree.resolutions().max());
         parts_of(patch.sides).into_iter().flat_map(move |part| {
             parts.triangles(part).iter().map(move |triangle| {
                 let corners = place(tree, patch.id, triangle);
-                DrawnTriangle { part, corners, heights: corners.map(|[u, v]| field.raw(u, v)) }
+                let heights = match &weights {
+                    None => corners.map(|[u, v]| field.raw(u, v)),
+                    Some(weights) => {
+                        std::array::from_fn(|k| morphed_height(field, triangle[k], corners[k], step, weights, last))
+                    }
+                };
+                DrawnTriangle { part, corners, heights }
             })
         })
     }

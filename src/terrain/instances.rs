@@ -5,8 +5,9 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 
 use super::hierarchy::Hierarchy;
+use super::morph::PatchWeights;
 use super::parts::{Parts, parts_of};
-use super::selection::ActivePatch;
+use super::selection::{ActivePatch, Selection};
 
 /// One part at one place. Its vertices are `origin + step · unit`, clamped to the map: all integers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
@@ -26,11 +27,14 @@ pub struct Instances {
     ranges: Vec<(usize, Range<u32>)>,
     triangles: u64,
     cursor: Vec<u32>,
+    /// One per instance if the selection morphs, otherwise none.
+    weights: Vec<PatchWeights>,
 }
 
 impl Instances {
     /// Lists the parts of all `patches`. Buffers are used again; nothing is allocated once they have grown.
     pub fn update(&mut self, tree: &Hierarchy, parts: &Parts, patches: &[ActivePatch]) {
+        self.weights.clear();
         self.cursor.clear();
         self.cursor.resize(parts.len(), 0);
         for patch in patches {
@@ -62,6 +66,29 @@ impl Instances {
                 *cursor += 1;
             }
         }
+    }
+
+    /// Adds the weights of the `patches` that were listed last, if the selection that they are of morphs.
+    pub fn weigh(&mut self, tree: &Hierarchy, parts: &Parts, patches: &[ActivePatch], selection: &Selection) {
+        if !selection.morphs() {
+            return;
+        }
+        self.weights.resize(self.data.len(), PatchWeights::zeroed());
+        // The cursors stand behind the last instance of their part: backwards.
+        for patch in patches.iter().rev() {
+            let Some(weights) = selection.weights(tree, patch.id) else { continue };
+            for part in parts_of(patch.sides) {
+                let cursor = &mut self.cursor[parts.index(part)];
+                *cursor -= 1;
+                self.weights[*cursor as usize] = weights;
+            }
+        }
+    }
+
+    /// The weights of the instances, in their order; none unless the selection morphs.
+    #[must_use]
+    pub fn weights(&self) -> &[PatchWeights] {
+        &self.weights
     }
 
     /// All instances; the ranges of [`Instances::ranges`] index them.

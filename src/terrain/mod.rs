@@ -11,6 +11,7 @@ pub mod height_field;
 pub mod hierarchy;
 pub mod instances;
 pub mod measure;
+pub mod morph;
 pub mod parts;
 pub mod pick;
 pub mod pixel_error;
@@ -28,6 +29,7 @@ pub use height_field::{HeightField, HeightFieldError, LatticeFrame, Samples, Voi
 pub use hierarchy::{Hierarchy, PatchId};
 pub use instances::{Instance, Instances};
 pub use measure::{ScreenError, screen_error};
+pub use morph::{MorphErrors, MorphPixelError, PatchWeights, Urgency};
 pub use parts::{Part, Parts, Resolutions, ResolutionsError, Side, UnitVertex, parts_of};
 pub use pixel_error::{LatticeView, PixelError, PixelProjection};
 pub use pyramid::MinMaxPyramid;

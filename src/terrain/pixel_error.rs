@@ -75,18 +75,32 @@ pub struct PixelError<'t> {
     pub pyramid: &'t MinMaxPyramid,
 }
 
+impl LatticeView {
+    /// Pixels by which one raw unit of height moves a picture, times the depth (an orthographic camera has none): the largest
+    /// f · |a⊥ − t·a_Z| over a rectangle of t. Each axis is largest at one of its ends, and both at once at a corner.
+    pub(super) fn spread(&self, least: DVec2, most: DVec2) -> f64 {
+        let rise = DVec2::new(self.right.z, self.up.z);
+        match self.projection {
+            PixelProjection::Orthographic { scale } => scale * rise.length(),
+            PixelProjection::Perspective { focal, .. } => {
+                let along = |t: DVec2| (rise - t * self.depth.z).abs();
+                focal * along(least).max(along(most)).length()
+            }
+        }
+    }
+}
+
 impl PixelError<'_> {
     /// Largest vertical errors allowed on the four sides, in raw units.
     fn allowed(&self, tree: &Hierarchy, patch: PatchId, low: DVec3, high: DVec3) -> [f64; 4] {
         let LatticeView { right, up, depth, projection, .. } = self.view;
-        let rise = DVec2::new(right.z, up.z);
-        let (focal, tangents) = match *projection {
-            PixelProjection::Orthographic { scale } => {
+        let tangents = match *projection {
+            PixelProjection::Orthographic { .. } => {
                 // A view straight down sees no vertical error: 0/0 there would be NaN, and anything is allowed.
-                let pixels = scale * rise.length();
+                let pixels = self.view.spread(DVec2::ZERO, DVec2::ZERO);
                 return [if pixels > 0.0 { self.tolerance / pixels } else { f64::INFINITY }; 4];
             }
-            PixelProjection::Perspective { focal, tangents } => (focal, tangents),
+            PixelProjection::Perspective { tangents, .. } => tangents,
         };
 
         // The rectangle of t = (right, up) / depth that the box covers.
@@ -107,11 +121,7 @@ impl PixelError<'_> {
             (least, most) = (least.min(t), most.max(t));
         }
         let (least, most) = (least.clamp(-tangents, tangents), most.clamp(-tangents, tangents));
-        let longest = [least, most, DVec2::new(least.x, most.y), DVec2::new(most.x, least.y)]
-            .into_iter()
-            .map(|t| (rise - t * depth.z).length())
-            .fold(0.0, f64::max);
-        let factor = self.tolerance / (focal * longest);
+        let factor = self.tolerance / self.view.spread(least, most);
 
         // Depths at the corners and the centre; a tile lies between two corners and the centre. Strips reach over the
         // diagonal by at most one coarse step.
