@@ -23,37 +23,42 @@
 //! Where all new vertices have weight 0 the fine mesh *is* the coarse one, fans of strips included: their triangles lie within
 //! halves of coarse cells (test `fine_meshes_without_weight_are_the_coarse_surface`). So a mesh may become finer without a jump
 //! before its weights rise. The exception are cells of the coarse lattice that the east or south border of the map cuts: they
-//! are not square, their diagonal does not run through the fine lattice, and there the mesh does jump, by at most twice the
-//! patch's error at that moment, which is τ (below).
+//! are not square, their diagonal does not run through the fine lattice, and there the mesh does jump; see below.
 //!
 //! # Which weights
 //!
-//! Let e be the error of P on the screen over the error allowed ([`Urgency`]). Then w = clamp(2e − 1, 0, 1): nothing of the
-//! refinement up to e = 1/2, all of it from e = 1 on. [`MorphErrors`] and the boxes over which they are projected are saturated
-//! so that e is at least twice that of every patch of the next level that touches P, be it in a corner. So if a patch has
-//! any weight, all the patches of the level above that it touches have weight 1: they are complete, and may be split.
-//! No rounding can break this: boxes are nested, every operation on the way from a box to e is monotone in floats as well, and
-//! doubling is exact.
+//! Let e say how far P is from being good enough at r_min, 1 being where its refinement has to be complete ([`Urgency`]). Then
+//! w = clamp(2e − 1, 0, 1): nothing of the refinement up to e = 1/2, all of it from e = 1 on. [`MorphErrors`] and the boxes over
+//! which they are projected are saturated so that e is at least twice that of every patch of the next level that touches P, be
+//! it in a corner. So if a patch has any weight, all the patches of the level above that it touches have weight 1: they are
+//! complete, and may be split. No rounding can break this: boxes are nested, every operation on the way from a box to e is
+//! monotone in floats as well, and doubling is exact.
 //!
 //! # What is promised
 //!
-//! The error of P counts every mixture of weights at its new vertices, so where e < 1 the drawn surface is within τ · e;
-//! where e ≥ 1 the patch is complete and the question passes to its children; complete leaves are exact. The largest error on
-//! the screen stays τ.
+//! **The error.** M, the error of P, counts every mixture of weights at its new vertices. All weights in P and on its sides are at
+//! least w, so the drawn surface is a mean of the complete refinement, with weight w, and of some mixture, with weight 1 − w. The
+//! complete refinement is the children at r_min, whose errors are at most half as large as P's saturated one. So the error is at
+//! most M · ((1 − w) + w / 2), and with w = 2e − 1 that is e · (3/2 − e) of the error that stands for e = 1: at most 9/16 of it.
+//! Where e ≥ 1 the patch is complete and the question passes to its children; complete leaves are exact. So e = 1 may stand for
+//! 16/9 of the error allowed; it stands for 7/4 of it, and the 1.6 % in between are more than all rounding to f32 on the way.
 //!
-//! A jump between two frames: let the camera move by Δ without turning, Z be the smallest depth of a patch's box, r the
-//! longest ray to it per unit of depth, θ the largest angle between such a ray and the vertical. The error in pixels is
-//! proportional to L/Z (see [`super::pixel_error`]); a ray changes by at most r · Δ/Z, so L by at most the |a| times that, and
-//! L ≥ |a| · sin θ: to first order e changes by at most e · κ · Δ/Z, κ = 1 + r / sin θ, and w by twice as much. What one weight
-//! moves is at most the whole width of the mixture, 2 · e · τ pixels, and what is displaced already changes by e · τ · κ · Δ/Z.
-//! With e ≤ 1 (beyond it the weight is 1 and stays there) a drawn point moves by at most
+//! **A jump between two frames.** Let the camera move by Δ without turning, Z be the smallest depth of the boxes of a patch and
+//! of those beside it, r the longest ray to it per unit of depth, θ the largest angle between such a ray and the vertical. The
+//! error in pixels is proportional to L/Z (see [`super::pixel_error`]). A ray changes by at most r · Δ/Z, so L by at most |a|
+//! times that, and L ≥ |a| · sin θ: e changes by at most e · κ · Δ/Z, κ = 1 + r / sin θ, and w by twice as much. What
+//! weights move is at most the whole width of the mixture, 2 · e · 7/4 · τ pixels, and what is displaced already, by τ at most,
+//! changes by τ · κ · Δ/Z. With e ≤ 1 (beyond it the weight is 1 and stays there) a drawn point moves by at most
 //!
 //! ```text
-//! (4 + 1) · τ · κ · Δ/Z   pixels
+//! (7 + 1) · τ · κ · Δ/Z   pixels
 //! ```
 //!
 //! more than the full-resolution surface does, in proportion to the step of the camera; without morphing it is up to 2τ however
-//! slowly the camera moves. `docs/morph.md` has measurements.
+//! slowly the camera moves. (To first order in Δ/Z; with Z the smallest depth on the way it holds for any step.)
+//!
+//! **At the border of the map** the exception above is left: a jump is at most the error of the mesh before and of that after,
+//! at e ≤ 1/2: twice 7/8 of τ. `docs/morph.md` has measurements of all this.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, DVec4};
@@ -136,8 +141,8 @@ pub(super) fn morphed_height(
 
 /// Says how far a patch is from being good enough at its smallest resolution.
 pub trait Urgency {
-    /// e: the error of the patch on the screen, whatever of its refinement is drawn, over the error allowed. From 0 to
-    /// infinity, never NaN, and at least twice that of every patch of the next level that touches this one.
+    /// e: 1 where the refinement has to be complete, up to 1/2 where nothing of it is needed. From 0 to infinity, never NaN, and
+    /// at least twice that of every patch of the next level that touches this one.
     fn urgency(&self, tree: &Hierarchy, patch: PatchId) -> f64;
 }
 
@@ -382,7 +387,10 @@ fn triangle_error(field: &HeightField, tree: &Hierarchy, patch: PatchId, triangl
     worst
 }
 
-/// Urgency by the error in pixels.
+/// The error of a patch, in errors allowed, at which its refinement has to be complete; see the module's documentation.
+const COMPLETE: f64 = 1.75;
+
+/// Urgency by the error in pixels: e = 1 where the error of the patch, whatever of its refinement is drawn, may be 7/4 of τ.
 #[derive(Debug, Clone, Copy)]
 pub struct MorphPixelError<'t> {
     /// τ, the error allowed in pixels, from 0 up.
@@ -400,8 +408,9 @@ impl Urgency for MorphPixelError<'_> {
         if error == 0.0 || self.tolerance == f64::INFINITY || self.view.frustum.excludes(low, high) {
             return 0.0;
         }
+        let allowed = COMPLETE * self.tolerance;
         let urgency = match self.view.projection {
-            PixelProjection::Orthographic { .. } => error * self.view.spread(DVec2::ZERO, DVec2::ZERO) / self.tolerance,
+            PixelProjection::Orthographic { .. } => error * self.view.spread(DVec2::ZERO, DVec2::ZERO) / allowed,
             PixelProjection::Perspective { tangents, .. } => {
                 // Sums of the smallest and of the largest terms, so that rounding keeps the order of nested boxes.
                 let range = |f: DVec4| {
@@ -419,7 +428,7 @@ impl Urgency for MorphPixelError<'_> {
                 };
                 let ([x0, x1], [y0, y1]) = (tangent(self.view.right), tangent(self.view.up));
                 let [least, most] = [DVec2::new(x0, y0), DVec2::new(x1, y1)].map(|t| t.clamp(-tangents, tangents));
-                error * self.view.spread(least, most) / (self.tolerance * near)
+                error * self.view.spread(least, most) / (allowed * near)
             }
         };
         // 0/0: τ = 0 and a vertical view, in which no error shows but for rounding.
