@@ -344,14 +344,15 @@ fn jumps(map: &Map, start: &Viewpoint, step: DVec3, frames: u32, tolerance: f64,
 
 #[test]
 fn no_drawn_point_jumps_in_a_slow_flight() {
-    let (tolerance, frames) = (1.0, if soak() { 200 } else { 8 });
+    let mut most: [f64; 2] = [0.0; 2];
+    let (tolerance, frames) = (1.0, if soak() { 60 } else { 8 });
     for map in maps() {
         if map.terrain.field().columns() < 100 {
             continue;
         }
         let mut all = [Jumps::default(), Jumps::default()];
-        // Low over the ground and looking along it; higher, towards the far corner.
-        for (place, above, yaw, pitch) in [((0.45, 0.2), 0.06, 1.4, -0.5), ((0.1, 0.1), 0.4, 0.8, -0.7)] {
+        // Low over the ground and looking along it; higher, from beyond the south border, which is in view with the east one.
+        for (place, above, yaw, pitch) in [((0.45, 0.2), 0.06, 1.4, -0.5), ((0.75, -0.15), 0.4, 1.3, -0.7)] {
             let extent = map.extent();
             let place = extent * DVec2::from(place);
             let above = above * extent.x;
@@ -374,8 +375,11 @@ fn no_drawn_point_jumps_in_a_slow_flight() {
         );
         assert!(with.points > 1000, "{}: sees nothing", map.name);
         assert!(with.cut <= 1.75 * tolerance, "{}: {with:?}", map.name);
-        assert!(without.whole > 10.0 * with.whole, "{}: {with:?} against {without:?}", map.name);
+        assert!(with.whole > 0.0, "{}: nothing blends", map.name);
+        most = [most[0].max(with.whole), most[1].max(without.whole)];
     }
+    // On a small map a short flight may meet no change of the mesh.
+    assert!(most[1] > 100.0 * most[0], "{most:?}");
 }
 
 /// A camera that sees no vertical error, or sees all from anywhere, or whose tolerance is 0 over 0, gets a number.

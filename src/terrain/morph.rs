@@ -32,7 +32,10 @@
 //! which they are projected are saturated so that e is at least twice that of every patch of the next level that touches P, be
 //! it in a corner. So if a patch has any weight, all the patches of the level above that it touches have weight 1: they are
 //! complete, and may be split. No rounding can break this: boxes are nested, every operation on the way from a box to e is
-//! monotone in floats as well, and doubling is exact.
+//! monotone in floats as well, and doubling is exact. (The test against the view is not, by a few ulp; a box that is taken for
+//! out of view is. At worst a patch out of view has weight beside one that was left coarse, which is then split, as for any
+//! other metric.) A box reaches so far around its patch that what is seen of the patch, up to the triangles on both sides of its
+//! sides, is within the boxes of both neighbours: weights do not jump where a patch comes into view.
 //!
 //! # What is promised
 //!
