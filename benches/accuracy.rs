@@ -11,8 +11,8 @@ use std::sync::Arc;
 
 use maps::{Map, generated, maps};
 use seamount::terrain::{
-    Demand, Full, Hierarchy, Instances, LatticeView, LodEye, Metric, PatchId, PatchTree, PixelError, Precision,
-    Resolutions, Selection, screen_error,
+    Demand, DrawnSurface, Full, Hierarchy, Instances, LatticeView, LodEye, Metric, PatchId, PatchTree, PixelError,
+    Precision, Resolutions, Selection, screen_error,
 };
 
 /// The same lattice step everywhere.
@@ -50,7 +50,9 @@ impl Viewed<'_> {
         let visible = map.visible(hierarchy, &selection, view);
         let mut instances = Instances::default();
         instances.update(hierarchy, tree.parts(), &visible);
-        let error = screen_error(map.terrain.field(), hierarchy, tree.parts(), &visible, view).max;
+        let field = map.terrain.field();
+        let drawn = DrawnSurface { field, tree: hierarchy, parts: tree.parts(), selection: &selection };
+        let error = screen_error(&drawn, &visible, view).max;
         Seen { triangles: instances.triangles() as f64, error }
     }
 

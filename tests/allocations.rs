@@ -60,8 +60,11 @@ fn a_warm_frame_allocates_nothing_or_a_small_constant() {
     let action = RenderAction::new(1280, 720);
 
     let mut of_tolerance = Vec::new();
-    for tolerance in [16.0, 1.0] {
-        scene.edit::<SeamlessTerrain>(terrain).unwrap().detail = DetailMode::PixelError(tolerance);
+    for (tolerance, morph) in [(16.0, false), (1.0, false), (16.0, true), (1.0, true)] {
+        {
+            let mut land = scene.edit::<SeamlessTerrain>(terrain).unwrap();
+            (land.detail, land.morph) = (DetailMode::PixelError(tolerance), morph);
+        }
         let (mut most, mut patches) = ([0; 2], u64::MAX);
         // The first time round warms up: buffers grow to what the circle needs.
         for k in 0..120 {
@@ -85,12 +88,15 @@ fn a_warm_frame_allocates_nothing_or_a_small_constant() {
                 patches = patches.min(drawn);
             }
         }
-        println!("τ = {tolerance}: at most {} allocations of {} bytes; at least {patches} patches", most[0], most[1]);
+        println!(
+            "τ = {tolerance}, morph {morph}: at most {} allocations of {} bytes; at least {patches} patches",
+            most[0], most[1]
+        );
         assert!(most[0] <= CALLS && most[1] <= BYTES, "{most:?}");
         of_tolerance.push((most, patches));
     }
     // The counts are of frames that differ in what they show, and the same.
-    let [(few, small), (many, large)] = of_tolerance[..] else { panic!("two") };
+    let [(few, small), (many, large), (few_morphed, _), (many_morphed, _)] = of_tolerance[..] else { panic!("four") };
     assert!(large > 8 * small, "{small} and {large} patches");
-    assert_eq!(few, many);
+    assert_eq!([few, many, few_morphed], [many_morphed; 3]);
 }

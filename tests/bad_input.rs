@@ -228,6 +228,12 @@ fn values_that_can_not_be_used() {
         "(16",
         "`resolutions`: 1 resolutions do not work: 2 to 5 are needed (with one a split patch would have one child)",
     );
+    one(
+        "SeamlessTerrain(resolutions: (8, 3), morph: true)",
+        "true)",
+        "`morph`: morph works with two resolutions, where a patch has one refinement; resolutions (8, 3) have 3: give \
+         resolutions (8, 2), or morph false",
+    );
     one("PerspectiveCamera(near_distance: 0)", "0)", "`near_distance`: 0 does not work: it has to be above 0");
     one("Material(shininess: 2)", "2)", "`shininess`: 2 is out of range: it goes from 0 to 1");
     one(

@@ -345,6 +345,16 @@ mod pictures {
                 image: open("jacksboro.png"),
                 terrain: SeamlessTerrain { scale: 30.0, max_height: -2.0, ..plain.clone() },
             },
+            Map {
+                image: open("fuji.png"),
+                terrain: SeamlessTerrain {
+                    scale: 30.0,
+                    max_height: 65.0,
+                    void_sample: Some(0.0),
+                    voids: VoidMode::Hole,
+                    ..plain.clone()
+                },
+            },
             Map { image: open("walls.png"), terrain: SeamlessTerrain { scale: 2.0, max_height: 0.2, ..plain.clone() } },
             Map {
                 image: Arc::new(Image::new(70, 50, Pixels::GrayF32(floats.collect())).unwrap()),
@@ -361,7 +371,8 @@ mod pictures {
             2 => DetailMode::Precision(rng.range(0.5, 3.0)),
             _ => DetailMode::Precision(8.0),
         };
-        let terrain = SeamlessTerrain { detail, ..map.terrain.clone() };
+        let morph = map.terrain.resolutions.1 == 2 && number % 8 < 4;
+        let terrain = SeamlessTerrain { detail, morph, ..map.terrain.clone() };
         let field = map.image.height_field(terrain.void_sample).unwrap();
         let frame = terrain.frame(&field);
         let [cu, cv] = field.cells().map(f64::from);

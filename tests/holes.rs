@@ -535,11 +535,19 @@ fn outlines_of_holes_are_within_the_pixels_allowed() {
         if samples(field).all(|[c, r]| field.is_hole(c, r)) {
             continue;
         }
-        for _ in 0..if soak() { 150 } else { 12 } {
-            let tree = land.holes.tree(resolutions(&mut rng));
+        for number in 0..if soak() { 150 } else { 12 } {
+            let morph = number % 3 == 2;
+            let resolutions = resolutions(&mut rng);
+            let resolutions = if morph { Resolutions::new(resolutions.min(), 2).unwrap() } else { resolutions };
+            let tree = land.holes.tree(resolutions);
             let view = camera(&mut rng, field);
             let tolerance = 10f64.powf(rng.range(-0.5, 2.3));
-            let selection = tree.select(&land.holes, &Detail::PixelError { tolerance, view: view.clone() });
+            let detail = if morph {
+                Detail::MorphPixelError { tolerance, view: view.clone() }
+            } else {
+                Detail::PixelError { tolerance, view: view.clone() }
+            };
+            let selection = tree.select(&land.holes, &detail);
             let hierarchy = tree.hierarchy();
             let drawn = DrawnSurface { field, tree: hierarchy, parts: tree.parts(), selection: &selection };
             let before = |p: DVec3| {
@@ -1057,7 +1065,7 @@ mod picture {
     /// Loose triangles have a vertex stage of their own, and nothing else in a shader knows of holes.
     #[test]
     fn shaders_without_holes_know_nothing_of_them() {
-        let text = |geometry: GeometryKind, levels: bool| {
+        let text = |geometry: GeometryKind, levels: bool, morph: bool| {
             let effects = Effects {
                 geometry,
                 directional_lights: 1,
@@ -1067,14 +1075,15 @@ mod picture {
                 debug_color: if levels { DebugColor::Levels } else { DebugColor::Plain },
                 ambient: true,
                 emissive: false,
+                morph,
             };
             shader_text(&effects, wgpu::TextureFormat::Rgba8UnormSrgb).unwrap()
         };
-        for levels in [false, true] {
+        for (levels, morph) in [(false, false), (true, false), (false, true), (true, true)] {
             for (whole, loose) in
                 [(GeometryKind::TerrainU16, GeometryKind::LooseU16), (GeometryKind::TerrainF32, GeometryKind::LooseF32)]
             {
-                let (whole, loose) = (text(whole, levels), text(loose, levels));
+                let (whole, loose) = (text(whole, levels, morph), text(loose, levels, morph));
                 assert!(
                     whole.contains("vertex_index") && whole.contains("origin") && !whole.contains("loose"),
                     "{whole}"

@@ -444,6 +444,7 @@ fn effects(geometry: GeometryKind) -> Effects {
         debug_color: DebugColor::Plain,
         ambient: false,
         emissive: false,
+        morph: false,
     }
 }
 
@@ -452,13 +453,14 @@ fn effects(geometry: GeometryKind) -> Effects {
 fn shaders_hold_what_was_asked_for_and_nothing_else() {
     type Change = fn(&mut Effects);
     // The change that asks for an effect, and the words that tell it.
-    let all: [(Change, &[&str]); 6] = [
+    let all: [(Change, &[&str]); 7] = [
         (|e| e.directional_lights = 2, &["directional", "DIRECTIONAL"]),
         (|e| e.point_lights = 3, &["point[", "POINT", "eye_from_rel"]),
         (|e| e.specular = true, &["specular", "towards_eye", "half_way"]),
         (|e| e.color_map = true, &["color_map", "texel"]),
         (|e| e.ambient = true, &["ambient"]),
         (|e| e.emissive = true, &["emissive"]),
+        (|e| e.morph = true, &["morph", "sides", "inside", "coarse"]),
     ];
     let format = wgpu::TextureFormat::Rgba8UnormSrgb;
     for geometry in [GeometryKind::TerrainU16, GeometryKind::TerrainF32, GeometryKind::Mesh] {
@@ -466,7 +468,7 @@ fn shaders_hold_what_was_asked_for_and_nothing_else() {
             let is_chosen = |k: usize| chosen >> k & 1 == 1;
             let mut wanted = effects(geometry);
             all.iter().enumerate().filter(|(k, _)| is_chosen(*k)).for_each(|(_, (change, _))| change(&mut wanted));
-            if wanted.color_map && geometry == GeometryKind::Mesh {
+            if (wanted.color_map || wanted.morph) && geometry == GeometryKind::Mesh {
                 assert!(shader_text(&wanted, format).is_err());
                 continue;
             }

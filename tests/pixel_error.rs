@@ -10,7 +10,7 @@ use glam::{DAffine3, DVec3};
 use maps::{Map, maps};
 use seamount::action::{Lens, Viewpoint};
 use seamount::node::{SeamlessTerrain, lattice_view};
-use seamount::terrain::{ActivePatch, Detail, Resolutions, screen_error};
+use seamount::terrain::{ActivePatch, Detail, DrawnSurface, Resolutions, screen_error};
 
 /// An eye over (or beside) the map, looking anywhere but up; every fifth camera is orthographic.
 fn view(rng: &mut Rng, map: &Map, k: u32) -> Viewpoint {
@@ -60,7 +60,13 @@ fn the_measured_error_is_within_the_allowed_one() {
                 let cracks = common::cracks(tree.hierarchy(), &selection);
                 assert!(cracks.is_empty(), "{}: {}", map.name, cracks[0]);
                 let patches: Vec<ActivePatch> = selection.patches(tree.hierarchy()).collect();
-                let error = screen_error(map.terrain.field(), tree.hierarchy(), tree.parts(), &patches, &view);
+                let mesh = DrawnSurface {
+                    field: map.terrain.field(),
+                    tree: tree.hierarchy(),
+                    parts: tree.parts(),
+                    selection: &selection,
+                };
+                let error = screen_error(&mesh, &patches, &view);
                 assert!(error.max <= tolerance, "{} eye {k}: {error:?} for τ = {tolerance}", map.name);
                 // Eyes that see no ground, or only the finest of it, say nothing about waste.
                 if error.max > 0.0 {

@@ -53,13 +53,20 @@ fn drawn(frame: &Frame) -> &TerrainDraw {
     draw
 }
 
-/// The instances of a frame in an order that does not depend on how they were found.
-fn instances(frame: &Frame) -> Vec<(usize, [u32; 2], u32)> {
+/// The instances of a frame, with the bits of their weights if they have any, in an order that does not depend on how they
+/// were found.
+fn instances(frame: &Frame) -> Vec<(usize, [u32; 2], u32, [u32; 5])> {
     let instances = &drawn(frame).instances;
     let mut found = Vec::new();
     for (part, range) in instances.ranges() {
-        let of_part = &instances.data()[range.start as usize..range.end as usize];
-        found.extend(of_part.iter().map(|&Instance { origin, step }| (*part, origin, step)));
+        for k in range.start as usize..range.end as usize {
+            let Instance { origin, step } = instances.data()[k];
+            let weights = instances.weights().get(k).map_or([0; 5], |w| {
+                let [n, e, s, west] = w.sides.map(f32::to_bits);
+                [n, e, s, west, w.inside.to_bits()]
+            });
+            found.push((*part, origin, step, weights));
+        }
     }
     found.sort_unstable();
     found
@@ -126,7 +133,14 @@ fn detail_is_chosen_again_when_camera_viewport_or_node_changed_and_only_then() {
 /// The memory of old frames is used again, but never that of a frame which is still there.
 #[test]
 fn frames_that_are_kept_do_not_change() {
+    for morph in [false, true] {
+        frames_that_are_kept(morph);
+    }
+}
+
+fn frames_that_are_kept(morph: bool) {
     let mut land = land();
+    land.scene.edit::<SeamlessTerrain>(land.terrain).unwrap().morph = morph;
     let mut view = View::default();
     let action = RenderAction::new(320, 200);
     let mut kept: Vec<(Frame, Vec<_>)> = Vec::new();
@@ -181,12 +195,13 @@ fn picked(pick: impl Fn(&Ray) -> Vec<PickedPoint>) -> Vec<PatchId> {
 
 #[test]
 fn detail_follows_the_camera_that_is_named() {
-    for mode in [DetailMode::PixelError(1.0), DetailMode::Precision(3.0)] {
+    let modes = [DetailMode::PixelError(1.0), DetailMode::Precision(3.0)];
+    for (mode, morph) in modes.into_iter().flat_map(|mode| [(mode, false), (mode, true)]) {
         let mut land = land();
         let root = land.scene.root();
         {
             let mut terrain = land.scene.edit::<SeamlessTerrain>(land.terrain).unwrap();
-            (terrain.culling, terrain.detail) = (false, mode);
+            (terrain.culling, terrain.detail, terrain.morph) = (false, mode, morph);
         }
         let low = land.scene.insert(camera(DVec3::new(90.0, 95.0, 12.0)));
         land.scene.insert_child(root, 1, low).unwrap();
@@ -246,8 +261,17 @@ fn a_camera_that_is_not_there_is_named_with_those_that_are() {
 
 #[test]
 fn a_frozen_view_keeps_its_detail() {
+    for morph in [false, true] {
+        a_frozen_view(morph);
+    }
+}
+
+fn a_frozen_view(morph: bool) {
     let mut land = land();
-    land.scene.edit::<SeamlessTerrain>(land.terrain).unwrap().culling = false;
+    {
+        let mut terrain = land.scene.edit::<SeamlessTerrain>(land.terrain).unwrap();
+        (terrain.culling, terrain.morph) = (false, morph);
+    }
     let action = RenderAction::new(320, 200);
     let pick = RayPickAction::pixel(0, 0, [320, 200]);
     let mut view = View::default();

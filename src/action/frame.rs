@@ -220,6 +220,8 @@ pub struct Effects {
     pub ambient: bool,
     /// Whether the surface glows.
     pub emissive: bool,
+    /// Whether the heights of a terrain blend between levels.
+    pub morph: bool,
 }
 
 impl Effects {
@@ -250,6 +252,7 @@ impl Effects {
             (self.ambient, "ambient"),
             (self.specular, "specular"),
             (self.emissive, "emissive"),
+            (self.morph, "morph"),
             (self.color_map, "color-map"),
             (self.debug_color == DebugColor::Parts, "color-by-part"),
             (self.debug_color == DebugColor::Levels, "color-by-level"),

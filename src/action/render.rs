@@ -293,6 +293,7 @@ impl DrawContext<'_> {
             debug_color: options.debug_color,
             ambient: lit && material.ambient != Vec3::ZERO,
             emissive: lit && material.emissive != Vec3::ZERO,
+            morph: options.morph,
         };
         // A mesh has an outside, which no map turns in. A terrain has an upper side, which local z points from: its
         // triangles are counter-clockwise seen from there, whether heights run up, down or not at all; in (u, v, w) they
@@ -350,8 +351,13 @@ impl DrawContext<'_> {
             mesh.normals.extend(t.normals.map(DVec3::as_vec3));
             mesh.triangles.push([start, start + 1, start + 2]);
         }
-        let options =
-            DrawOptions { kind: GeometryKind::Mesh, color_map: false, debug_color: DebugColor::Plain, lit: true };
+        let options = DrawOptions {
+            kind: GeometryKind::Mesh,
+            color_map: false,
+            debug_color: DebugColor::Plain,
+            lit: true,
+            morph: false,
+        };
         self.draw(Geometry::Mesh(Arc::new(mesh)), &DAffine3::from_translation(anchor), options);
         Ok(())
     }
@@ -368,6 +374,8 @@ pub struct DrawOptions {
     pub debug_color: DebugColor,
     /// Whether colours for study are lit.
     pub lit: bool,
+    /// Whether heights blend between levels, by the weights of the instances.
+    pub morph: bool,
 }
 
 fn place_light(light: &PlacedLight, eye: DVec3) -> FrameLight {

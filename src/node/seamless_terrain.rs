@@ -14,8 +14,8 @@ use crate::action::{
 use crate::terrain::pick::{CoarseSurface, Fan, LatticeRay, TerrainHit};
 use crate::terrain::{
     ActivePatch, Detail, DrawnHit, DrawnPick, DrawnSurface, ExactHit, ExactSurface, Frustum, HeightField, Instances,
-    LatticeFrame, LatticeView, LodEye, Part, PatchTree, PixelProjection, Resolutions, Samples, Selection, Side,
-    Terrain,
+    LatticeFrame, LatticeView, LodEye, Part, PatchTree, PixelProjection, Precision, Resolutions, Samples, Selection,
+    Side, Terrain,
 };
 
 /// How a terrain is coloured.
@@ -109,6 +109,10 @@ crate::define_node! {
         /// the one before. The default was chosen by measurement: few triangles for a given error, with patches that are
         /// still few enough to choose among in no time.
         pub resolutions: (u32, u32) = (8, 2),
+        /// Whether heights blend between levels as the camera moves, instead of jumping. The error stays within what `detail`
+        /// allows, for more triangles; docs/morph.md has the figures. Needs two resolutions: with more a patch has more than
+        /// one refinement. Full detail has nothing to blend.
+        pub morph: bool = false,
         /// Whether patches outside the view are left out when drawing.
         pub culling: bool = true,
         /// How it is coloured.
@@ -151,6 +155,15 @@ impl SeamlessTerrain {
         if let Err(error) = Resolutions::new(self.resolutions.0, self.resolutions.1) {
             need("resolutions", false, error.to_string());
         }
+        let (min, count) = self.resolutions;
+        need(
+            "morph",
+            !self.morph || count == 2,
+            format!(
+                "morph works with two resolutions, where a patch has one refinement; resolutions ({min}, {count}) have \
+                 {count}: give resolutions ({min}, 2), or morph false"
+            ),
+        );
         problems
     }
 
@@ -194,13 +207,19 @@ impl SeamlessTerrain {
         let allowed = 4f64.powf(1.0 - 2.0 * cx.state.complexity.value);
         Ok(match self.detail {
             DetailMode::Full => Detail::Leaves,
-            DetailMode::Precision(precision) => {
-                lod_eye(view, cx, placed).map_or(Detail::Leaves, |eye| Detail::precision(precision / allowed, eye))
+            DetailMode::Precision(precision) => lod_eye(view, cx, placed).map_or(Detail::Leaves, |eye| {
+                let metric = Precision { precision: precision / allowed, eye };
+                if self.morph { Detail::MorphPrecision(metric) } else { Detail::Precision(metric) }
+            }),
+            DetailMode::PixelError(tolerance) => {
+                let tolerance = tolerance * allowed;
+                let view = lattice_view(view, &cx.state.model, &placed.frame);
+                if self.morph {
+                    Detail::MorphPixelError { tolerance, view }
+                } else {
+                    Detail::PixelError { tolerance, view }
+                }
             }
-            DetailMode::PixelError(tolerance) => Detail::PixelError {
-                tolerance: tolerance * allowed,
-                view: lattice_view(view, &cx.state.model, &placed.frame),
-            },
         })
     }
 
@@ -369,9 +388,13 @@ impl History {
         if let Some(list) = Arc::get_mut(&mut list) {
             let parts = placed.tree.parts();
             list.update(tree, parts, &self.visible);
-            if let Some(choice) = self.choice.as_ref().filter(|_| !self.holed.is_empty()) {
-                let drawn = DrawnSurface { field: placed.terrain.field(), tree, parts, selection: &choice.selection };
-                list.update_loose(&drawn, &self.holed);
+            if let Some(choice) = &self.choice {
+                let selection = &choice.selection;
+                list.weigh(tree, parts, &self.visible, selection);
+                if !self.holed.is_empty() {
+                    let drawn = DrawnSurface { field: placed.terrain.field(), tree, parts, selection };
+                    list.update_loose(&drawn, &self.holed);
+                }
             }
         }
         self.instances.push(Arc::clone(&list));
@@ -472,8 +495,12 @@ impl Placed {
         self.hit(hit.t, hit.point, hit.gradient, hit.wall, detail)
     }
 
-    fn drawn_hit(&self, hit: &DrawnHit) -> ShapeHit {
-        let field = self.terrain.field();
+    fn drawn_hit(&self, hit: &DrawnHit, selection: &Selection) -> ShapeHit {
+        let (field, tree) = (self.terrain.field(), self.tree.hierarchy());
+        let error = match selection.weights(tree, hit.patch.id) {
+            Some(weights) => hit.error_morphing(tree, &weights, self.tree.morph_errors(field)),
+            None => hit.error(tree, || self.tree.tile_errors(field)),
+        };
         let detail = TerrainDetail {
             surface: Surface::Drawn,
             patch: hit.patch.id,
@@ -483,7 +510,7 @@ impl Placed {
             },
             barycentric: hit.barycentric,
             cell: self.cell(hit.point.x, hit.point.y),
-            error: hit.error(self.tree.hierarchy(), || self.tree.tile_errors(field)),
+            error,
             entering: hit.entering,
             ..TerrainDetail::default()
         };
@@ -576,7 +603,7 @@ impl ShapeNode for SeamlessTerrain {
                 let (tree, parts) = (placed.tree.hierarchy(), placed.tree.parts());
                 let drawn = DrawnSurface { field, tree, parts, selection: &selection };
                 DrawnPick { drawn, pyramid }.intersect(&lattice, |hit| {
-                    hits.push(placed.drawn_hit(&hit));
+                    hits.push(placed.drawn_hit(&hit, &selection));
                     !first
                 });
             }
@@ -627,6 +654,7 @@ impl ShapeNode for SeamlessTerrain {
                 ColorMode::Levels => DebugColor::Levels,
             },
             lit: false,
+            morph: instances.morphs(),
         };
         let draw = TerrainDraw {
             heights: Arc::clone(placed.terrain.field()),

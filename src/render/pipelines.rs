@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::RenderError;
 use super::error::guarded;
 use super::shader::Variant;
-use crate::terrain::{Instance, LooseVertex};
+use crate::terrain::{Instance, LooseVertex, PatchWeights};
 
 /// Depth is kept in 32-bit floats.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -133,6 +133,8 @@ impl Pipelines {
         let mut layouts = vec![Some(draw_layout)];
         layouts.extend(textures.map(Some));
         let instance = wgpu::vertex_attr_array![0 => Uint32x2, 1 => Uint32];
+        let weights = wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32];
+        let weight = wgpu::vertex_attr_array![2 => Float32];
         let lit_corner = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3];
         let corner = wgpu::vertex_attr_array![0 => Float32x3];
         let buffer = if variant.geometry.is_loose() {
@@ -155,6 +157,15 @@ impl Pipelines {
                 attributes: if variant.lit() { &lit_corner } else { &corner },
             }
         };
+        let mut buffers = vec![Some(buffer)];
+        if variant.morph {
+            let (stride, step_mode, attributes): (usize, _, &[_]) = if variant.geometry.is_loose() {
+                (size_of::<f32>(), wgpu::VertexStepMode::Vertex, &weight)
+            } else {
+                (size_of::<PatchWeights>(), wgpu::VertexStepMode::Instance, &weights)
+            };
+            buffers.push(Some(wgpu::VertexBufferLayout { array_stride: stride as u64, step_mode, attributes }));
+        }
         guarded(device, "compiling a shader", || {
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some("effects"),
@@ -172,7 +183,7 @@ impl Pipelines {
                     module: &module,
                     entry_point: Some("vertex_main"),
                     compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    buffers: &[Some(buffer)],
+                    buffers: &buffers,
                 },
                 primitive: wgpu::PrimitiveState {
                     // Triangles are counter-clockwise seen from outside, in a picture whose y points up.

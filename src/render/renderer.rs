@@ -17,7 +17,7 @@ use super::timer::Timer;
 use super::uniforms::{self, STRIP_COLOR, TILE_COLOR};
 use crate::action::{DebugColor, Draw, Frame, Geometry, GeometryKind, Mesh, TerrainDraw};
 use crate::node::TextureFilter;
-use crate::terrain::{Instance, LooseVertex, Parts, Resolutions};
+use crate::terrain::{Instance, LooseVertex, Parts, PatchWeights, Resolutions};
 
 /// What a [`Renderer`] is made with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,6 +110,9 @@ pub struct Renderer {
     bound_uniforms: HashMap<u64, wgpu::BindGroup>,
     instances: GrowingBuffer,
     loose: GrowingBuffer,
+    /// Weights of the instances, and of the loose corners, of terrains that morph.
+    weights: GrowingBuffer,
+    loose_weights: GrowingBuffer,
     corners: GrowingBuffer,
     corner_indices: GrowingBuffer,
     timer: Option<Timer>,
@@ -122,6 +125,8 @@ struct Scratch {
     uniforms: Vec<u8>,
     instances: Vec<Instance>,
     loose: Vec<LooseVertex>,
+    weights: Vec<PatchWeights>,
+    loose_weights: Vec<f32>,
     corners: Vec<[Vec3; 2]>,
     corner_indices: Vec<u32>,
     jobs: Vec<Job>,
@@ -146,11 +151,15 @@ enum Ready {
         indices: wgpu::Buffer,
         /// First of its instances in the buffer of the frame.
         first: u32,
+        /// First of their weights, if the terrain morphs.
+        first_weight: Option<u32>,
     },
     Loose {
         textures: wgpu::BindGroup,
         /// First of its corners in the buffer of the frame.
         first: u32,
+        /// First of their weights, if the terrain morphs.
+        first_weight: Option<u32>,
     },
     Mesh {
         /// First of its corners and of its indices in the buffers of the frame, and their number.
@@ -193,6 +202,8 @@ impl Renderer {
             bound_uniforms: HashMap::new(),
             instances: buffer("instances of a frame", wgpu::BufferUsages::VERTEX),
             loose: buffer("loose triangles of a frame", wgpu::BufferUsages::VERTEX),
+            weights: buffer("weights of a frame", wgpu::BufferUsages::VERTEX),
+            loose_weights: buffer("weights of loose triangles", wgpu::BufferUsages::VERTEX),
             corners: buffer("meshes of a frame", wgpu::BufferUsages::VERTEX),
             corner_indices: buffer("meshes of a frame", wgpu::BufferUsages::INDEX),
             timer: None,
@@ -241,6 +252,8 @@ impl Renderer {
         let sent = scratch.uniforms.len()
             + size_of_val(scratch.instances.as_slice())
             + size_of_val(scratch.loose.as_slice())
+            + size_of_val(scratch.weights.as_slice())
+            + size_of_val(scratch.loose_weights.as_slice())
             + size_of_val(scratch.corners.as_slice())
             + size_of_val(scratch.corner_indices.as_slice());
         Ok(DrawReport {
@@ -273,7 +286,8 @@ impl Renderer {
     /// Bytes that the renderer holds on the device.
     #[must_use]
     pub fn gpu_bytes(&self) -> u64 {
-        let buffers = [&self.uniforms, &self.instances, &self.loose, &self.corners, &self.corner_indices];
+        let instances = [&self.instances, &self.weights, &self.loose, &self.loose_weights];
+        let buffers = [&self.uniforms, &self.corners, &self.corner_indices].into_iter().chain(instances);
         self.textures.bytes()
             + self.parts.values().map(wgpu::Buffer::size).sum::<u64>()
             + self.targets.as_ref().map_or(0, |t| t.bytes)
@@ -286,6 +300,8 @@ impl Renderer {
         scratch.uniforms.clear();
         scratch.instances.clear();
         scratch.loose.clear();
+        scratch.weights.clear();
+        scratch.loose_weights.clear();
         scratch.corners.clear();
         scratch.corner_indices.clear();
         scratch.jobs.clear();
@@ -309,14 +325,24 @@ impl Renderer {
                 if variant.geometry.is_loose() {
                     let first = self.scratch.loose.len() as u32;
                     self.scratch.loose.extend_from_slice(terrain.instances.loose());
-                    (Ready::Loose { textures, first }, factor)
+                    let first_weight = variant.morph.then(|| {
+                        let first = self.scratch.loose_weights.len() as u32;
+                        self.scratch.loose_weights.extend_from_slice(terrain.instances.loose_weights());
+                        first
+                    });
+                    (Ready::Loose { textures, first, first_weight }, factor)
                 } else {
                     let indices = self.parts.get(terrain.parts.resolutions(), gpu.frame, || {
                         index_buffer(gpu, &terrain.parts, &mut self.textures.uploaded)
                     })?;
                     let first = self.scratch.instances.len() as u32;
                     self.scratch.instances.extend_from_slice(terrain.instances.data());
-                    (Ready::Terrain { textures, indices: indices.clone(), first }, factor)
+                    let first_weight = variant.morph.then(|| {
+                        let first = self.scratch.weights.len() as u32;
+                        self.scratch.weights.extend_from_slice(terrain.instances.weights());
+                        first
+                    });
+                    (Ready::Terrain { textures, indices: indices.clone(), first, first_weight }, factor)
                 }
             }
             (Geometry::Mesh(mesh), None) => (self.scratch.add_mesh(mesh), 1.0),
@@ -389,6 +415,8 @@ impl Renderer {
         }
         self.instances.write(device, queue, bytemuck::cast_slice(&scratch.instances))?;
         self.loose.write(device, queue, bytemuck::cast_slice(&scratch.loose))?;
+        self.weights.write(device, queue, bytemuck::cast_slice(&scratch.weights))?;
+        self.loose_weights.write(device, queue, bytemuck::cast_slice(&scratch.loose_weights))?;
         self.corners.write(device, queue, bytemuck::cast_slice(&scratch.corners))?;
         self.corner_indices.write(device, queue, bytemuck::cast_slice(&scratch.corner_indices))?;
         let Some(buffer) = self.uniforms.get() else { return Ok(()) };
@@ -463,10 +491,15 @@ impl Renderer {
         pass.set_pipeline(&job.pipeline);
         pass.set_bind_group(0, bound_uniforms, &job.uniforms[..1]);
         match (&job.geometry, &draw.geometry) {
-            (Ready::Terrain { textures, indices, first }, Geometry::Terrain(terrain)) => {
+            (Ready::Terrain { textures, indices, first, first_weight }, Geometry::Terrain(terrain)) => {
                 let Some(instances) = self.instances.get() else { return 0 };
                 pass.set_bind_group(1, textures, &[]);
-                pass.set_vertex_buffer(0, instances.slice(..));
+                // From its own on: another terrain of the frame may have no weights.
+                pass.set_vertex_buffer(0, instances.slice(u64::from(*first) * size_of::<Instance>() as u64..));
+                if let Some(first) = first_weight {
+                    let Some(weights) = self.weights.get() else { return 0 };
+                    pass.set_vertex_buffer(1, weights.slice(u64::from(*first) * size_of::<PatchWeights>() as u64..));
+                }
                 pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
                 // Parts are numbered tiles first.
                 let tiles = 4 * terrain.parts.resolutions().count() as usize;
@@ -478,18 +511,18 @@ impl Renderer {
                         bound = wanted;
                     }
                     let triangles = terrain.parts.range(*part);
-                    pass.draw_indexed(
-                        triangles.start * 3..triangles.end * 3,
-                        0,
-                        first + range.start..first + range.end,
-                    );
+                    pass.draw_indexed(triangles.start * 3..triangles.end * 3, 0, range.clone());
                 }
                 terrain.instances.ranges().len() as u32
             }
-            (Ready::Loose { textures, first }, Geometry::Terrain(terrain)) => {
+            (Ready::Loose { textures, first, first_weight }, Geometry::Terrain(terrain)) => {
                 let Some(corners) = self.loose.get() else { return 0 };
                 pass.set_bind_group(1, textures, &[]);
-                pass.set_vertex_buffer(0, corners.slice(..));
+                pass.set_vertex_buffer(0, corners.slice(u64::from(*first) * size_of::<LooseVertex>() as u64..));
+                if let Some(first) = first_weight {
+                    let Some(weights) = self.loose_weights.get() else { return 0 };
+                    pass.set_vertex_buffer(1, weights.slice(u64::from(*first) * size_of::<f32>() as u64..));
+                }
                 // Tiles and strips in one call, unless their uniforms differ.
                 let [tiles, strips] = terrain.instances.loose_ranges();
                 let whole = tiles.start..strips.end;
@@ -498,7 +531,7 @@ impl Renderer {
                 let mut calls = 0;
                 for (range, uniforms) in ranges.into_iter().zip(job.uniforms).filter(|(range, _)| !range.is_empty()) {
                     pass.set_bind_group(0, bound_uniforms, &[uniforms]);
-                    pass.draw(first + range.start..first + range.end, 0..1);
+                    pass.draw(range, 0..1);
                     calls += 1;
                 }
                 calls
@@ -554,6 +587,12 @@ fn check_effects(draw: &Draw) -> Result<(), RenderError> {
             (kind, terrain.color_map.is_some())
         }
     };
+    if draw.effects.morph
+        && let Geometry::Terrain(terrain) = &draw.geometry
+        && !terrain.instances.morphs()
+    {
+        return Err(RenderError::Effects("heights are to blend between levels, but the instances have no weights"));
+    }
     if draw.effects.geometry != kind {
         return Err(RenderError::Effects("the effects are for another kind of geometry"));
     }

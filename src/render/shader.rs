@@ -19,6 +19,7 @@ pub(super) struct Variant {
     pub color_map: bool,
     /// Coloured by level. (Colours by part are two plain colours, which need no shader.)
     pub levels: bool,
+    pub morph: bool,
     /// Whether the shader has to encode what it writes.
     pub encode_srgb: bool,
 }
@@ -30,6 +31,9 @@ impl Variant {
         if !terrain && (effects.color_map || !plain) {
             return Err(RenderError::Effects("colour maps and colours for study are for terrains, not for meshes"));
         }
+        if !terrain && effects.morph {
+            return Err(RenderError::Effects("heights that blend between levels are for terrains, not for meshes"));
+        }
         let lit = effects.lit();
         Ok(Self {
             geometry: effects.geometry,
@@ -40,6 +44,7 @@ impl Variant {
             emissive: lit && effects.emissive,
             color_map: effects.color_map && plain,
             levels: effects.debug_color == DebugColor::Levels,
+            morph: effects.morph,
             encode_srgb: !format.is_srgb(),
         })
     }
@@ -84,6 +89,7 @@ impl Variant {
             ("position", self.position()),
             ("color_map", self.color_map),
             ("levels", self.levels),
+            ("morph", self.morph),
             ("encode_srgb", self.encode_srgb),
         ];
         let options = CompileOptions {
@@ -103,10 +109,11 @@ impl Variant {
     }
 }
 
-const MODULES: [(&str, &str); 8] = [
+const MODULES: [(&str, &str); 9] = [
     ("main", include_str!("../../shaders/main.wesl")),
     ("draw", include_str!("../../shaders/draw.wesl")),
     ("terrain", include_str!("../../shaders/terrain.wesl")),
+    ("morph", include_str!("../../shaders/morph.wesl")),
     ("gradients", include_str!("../../shaders/gradients.wesl")),
     ("color_map", include_str!("../../shaders/color_map.wesl")),
     ("levels", include_str!("../../shaders/levels.wesl")),
@@ -139,6 +146,7 @@ fn path(module: &str) -> Result<ModulePath, RenderError> {
 ///     debug_color: DebugColor::Plain,
 ///     ambient: false,
 ///     emissive: false,
+///     morph: false,
 /// };
 /// let format = wgpu::TextureFormat::Rgba8UnormSrgb;
 /// assert!(!shader_text(&effects, format)?.contains("specular"));

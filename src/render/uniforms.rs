@@ -67,6 +67,9 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
         let [cells_u, cells_v] = terrain.heights.cells();
         w.uvec4(UVec4::new(u, v, cells_u, cells_v));
         w.vec4(Vec4::new(raw, gradient_factor, 0.0, 0.0));
+        if variant.morph {
+            w.uvec4(UVec4::new(terrain.parts.resolutions().max(), 0, 0, 0));
+        }
         if variant.levels {
             LEVEL_COLORS.into_iter().for_each(|c| w.vec3(linear(c), 1.0));
             w.uvec4(UVec4::new(terrain.branching.trailing_zeros().max(1), 0, 0, 0));

@@ -13,8 +13,17 @@ use crate::terrain::{HeightField, HeightFieldError, SampleRect, Terrain};
 #[derive(Debug, Default)]
 pub struct Resources {
     images: Mutex<HashMap<std::path::PathBuf, Result<Arc<Image>, ImageError>>>,
-    terrains: Mutex<HashMap<(u64, Option<u64>, bool), TerrainResult>>,
+    terrains: Mutex<HashMap<TerrainKey, TerrainResult>>,
     version: AtomicU64,
+}
+
+/// What a map depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct TerrainKey {
+    image: u64,
+    /// Bits of the sample that marks a void.
+    void_sample: Option<u64>,
+    holes: bool,
 }
 
 type TerrainResult = Result<Arc<Terrain>, HeightFieldError>;
@@ -46,7 +55,7 @@ impl Resources {
     ///
     /// [`HeightFieldError`] when the image is too small or too large for a map.
     pub fn terrain(&self, image: &Image, void_sample: Option<f64>, holes: bool) -> TerrainResult {
-        let key = (image.id(), void_sample.map(f64::to_bits), holes);
+        let key = TerrainKey { image: image.id(), void_sample: void_sample.map(f64::to_bits), holes };
         let mut terrains = self.terrains.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(found) = terrains.get(&key) {
             return found.clone();
@@ -60,18 +69,18 @@ impl Resources {
     /// still `used`. `with` are the new pixels of the rectangle.
     pub(super) fn edited(&self, before: u64, used: bool, image: &Image, rect: SampleRect, with: &Pixels) {
         let mut terrains = self.terrains.lock().unwrap_or_else(PoisonError::into_inner);
-        let keys: Vec<_> = terrains.keys().copied().filter(|&(id, ..)| id == before).collect();
+        let keys: Vec<_> = terrains.keys().copied().filter(|key| key.image == before).collect();
         for key in keys {
-            let void_sample = key.1.map(f64::from_bits);
+            let void_sample = key.void_sample.map(f64::from_bits);
             let old = if used { terrains.get(&key).cloned() } else { terrains.remove(&key) };
             let Some(Ok(old)) = old else { continue };
             let (samples, voids) = with.samples(void_sample);
             let made = match old.with_samples(rect, &samples, voids) {
                 Ok(edited) => Ok(Arc::new(edited)),
                 // Voids are filled from heights far away: all of the map anew, and what differs is seen by comparing.
-                Err(old) => map(image, void_sample, key.2).map(|field| Arc::new(old.edited(field))),
+                Err(old) => map(image, void_sample, key.holes).map(|field| Arc::new(old.edited(field))),
             };
-            terrains.insert((image.id(), key.1, key.2), made);
+            terrains.insert(TerrainKey { image: image.id(), ..key }, made);
         }
     }
 

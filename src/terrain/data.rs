@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::errors::TileErrors;
 use super::height_field::{HeightField, SampleRect, Samples, Voids};
 use super::hierarchy::Hierarchy;
+use super::morph::{MorphErrors, MorphPixelError};
 use super::parts::{Parts, Resolutions};
 use super::pick::FanErrors;
 use super::pixel_error::{LatticeView, PixelError};
@@ -130,6 +131,15 @@ pub enum Detail {
         /// The camera.
         view: LatticeView,
     },
+    /// The paper's metric with heights that blend between levels. The tree has to have two resolutions.
+    MorphPrecision(Precision),
+    /// The error in pixels with heights that blend between levels. The tree has to have two resolutions.
+    MorphPixelError {
+        /// τ in pixels.
+        tolerance: f64,
+        /// The camera.
+        view: LatticeView,
+    },
 }
 
 impl Detail {
@@ -150,6 +160,7 @@ pub struct PatchTree {
     parts: Arc<Parts>,
     fan_errors: OnceLock<FanErrors>,
     tile_errors: OnceLock<TileErrors>,
+    morph_errors: OnceLock<MorphErrors>,
     holed: OnceLock<Vec<bool>>,
     recent: Mutex<Vec<(Detail, Arc<Selection>)>>,
 }
@@ -163,6 +174,7 @@ impl PatchTree {
             parts: Arc::new(Parts::new(resolutions)),
             fan_errors: OnceLock::new(),
             tile_errors: OnceLock::new(),
+            morph_errors: OnceLock::new(),
             holed: OnceLock::new(),
             recent: Mutex::default(),
         }
@@ -175,6 +187,8 @@ impl PatchTree {
             parts: Arc::clone(&self.parts),
             fan_errors: self.fan_errors.clone(),
             tile_errors: self.tile_errors.clone(),
+            // Weights of patches reach into all around them: anew when they are next asked for.
+            morph_errors: OnceLock::new(),
             holed: OnceLock::new(),
             recent: Mutex::default(),
         };
@@ -220,6 +234,20 @@ impl PatchTree {
         })
     }
 
+    /// The vertical errors of all patches with any weights, and how far the outlines of holes are off, made on first call from
+    /// the field that the tree belongs to.
+    pub fn morph_errors(&self, field: &HeightField) -> &MorphErrors {
+        self.morph_errors.get_or_init(|| {
+            let errors = MorphErrors::new(field, &self.hierarchy, &self.parts);
+            // Nobody else asks for the errors of tiles: only holes need them.
+            let outlines = if field.has_holes() { self.tile_errors(field).coverage() } else { None };
+            match outlines {
+                Some(outlines) => errors.with_outlines(&self.hierarchy, outlines),
+                None => errors,
+            }
+        })
+    }
+
     /// The active patches for this detail. The same detail gives the same selection without work; `terrain` is the one that
     /// the tree belongs to.
     pub fn select(&self, terrain: &Terrain, detail: &Detail) -> Arc<Selection> {
@@ -241,6 +269,11 @@ impl PatchTree {
                 let errors = self.tile_errors(terrain.field());
                 let pyramid = terrain.pyramid();
                 selection.update(&self.hierarchy, &PixelError { tolerance: *tolerance, view, errors, pyramid });
+            }
+            Detail::MorphPrecision(precision) => selection.update_morphing(&self.hierarchy, precision),
+            Detail::MorphPixelError { tolerance, view } => {
+                let errors = self.morph_errors(terrain.field());
+                selection.update_morphing(&self.hierarchy, &MorphPixelError { tolerance: *tolerance, view, errors });
             }
         }
         let selection = Arc::new(selection);

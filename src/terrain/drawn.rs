@@ -9,6 +9,7 @@
 use super::errors::place;
 use super::height_field::HeightField;
 use super::hierarchy::Hierarchy;
+use super::morph::morphed_height;
 use super::parts::{Part, Parts, parts_of};
 use super::selection::{ActivePatch, Selection};
 
@@ -22,6 +23,9 @@ pub struct DrawnTriangle {
     pub corners: [[u32; 2]; 3],
     /// Raw heights of the corners.
     pub heights: [f64; 3],
+    /// How much of its own sample is in the height of a corner that is new at its patch's refinement; 1 unless the selection
+    /// morphs (see [`super::morph`]).
+    pub weights: [f32; 3],
 }
 
 /// The triangles of a selection.
@@ -53,7 +57,8 @@ pub struct DrawnSurface<'t> {
 }
 
 impl<'t> DrawnSurface<'t> {
-    /// The triangles of one active patch of the selection: those without a corner in a hole.
+    /// The triangles of one active patch of the selection: those without a corner in a hole. A selection that morphs has its
+    /// weights in the heights.
     pub fn triangles(&self, patch: ActivePatch) -> impl Iterator<Item = DrawnTriangle> + use<'t> {
         self.triangles_where(patch, |_| true)
     }
@@ -64,7 +69,9 @@ impl<'t> DrawnSurface<'t> {
     where
         W: Fn([[u32; 2]; 2]) -> bool + Copy,
     {
-        let Self { field, tree, parts, .. } = *self;
+        let Self { field, tree, parts, selection } = *self;
+        let patch_weights = selection.weights(tree, patch.id);
+        let (step, last) = (tree.step(patch.id.level), tree.resolutions().max());
         parts_of(patch.sides).into_iter().flat_map(move |part| {
             // Clamping to the map is monotone: a clamped box contains its clamped triangles.
             let groups = parts.groups(part).filter(move |(corners, _)| wanted(place(tree, patch.id, *corners)));
@@ -73,7 +80,9 @@ impl<'t> DrawnSurface<'t> {
                 if corners.iter().any(|&[u, v]| field.is_hole(u, v)) {
                     return None;
                 }
-                Some(DrawnTriangle { part, corners, heights: corners.map(|[u, v]| field.raw(u, v)) })
+                let weights = patch_weights.map_or([1.0; 3], |weights| triangle.map(|unit| weights.at(unit, last)));
+                let heights = std::array::from_fn(|k| morphed_height(field, corners[k], step, weights[k]));
+                Some(DrawnTriangle { part, corners, heights, weights })
             })
         })
     }

@@ -25,6 +25,7 @@ use super::drawn::{DrawnSurface, DrawnTriangle};
 use super::errors::TileErrors;
 use super::hierarchy::{Hierarchy, PatchId};
 use super::line::{Crossing, Line, Seen, between};
+use super::morph::{MorphErrors, PatchWeights};
 use super::parts::{Part, Side};
 use super::pick::LatticeRay;
 use super::pyramid::MinMaxPyramid;
@@ -61,6 +62,12 @@ impl DrawnHit {
     #[must_use]
     pub fn error<'e>(&self, tree: &Hierarchy, errors: impl FnOnce() -> &'e TileErrors) -> f64 {
         self.rounding + part_error(tree, self.patch, self.triangle.part, errors)
+    }
+
+    /// [`DrawnHit::error`] of a selection that morphs, with its weights of the patch.
+    #[must_use]
+    pub fn error_morphing(&self, tree: &Hierarchy, weights: &PatchWeights, errors: &MorphErrors) -> f64 {
+        self.rounding + errors.drawn(tree, self.patch.id, weights)
     }
 }
 
@@ -130,7 +137,7 @@ impl DrawnPick<'_> {
     ///
     /// A ray whose origin or direction is not finite, whose direction is zero or whose range is empty crosses nothing.
     pub fn intersect(&self, ray: &LatticeRay, found: impl FnMut(DrawnHit) -> bool) {
-        match Line::new(ray, self.drawn.tree.cells()) {
+        match Line::seen(ray, self.drawn.tree.cells()) {
             None => {}
             Some(Seen::Point(line)) => self.vertical(&line, found),
             Some(Seen::Line(line)) => {
@@ -351,7 +358,7 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
             (t1, f1) = (far, self.line.height(far) - between(enter.height, leave.height, s));
         }
         let entering = f0 >= 0.0 && f1 < 0.0;
-        if !entering && !(f0 < 0.0 && f1 >= 0.0) {
+        if !(entering || f0 < 0.0 && f1 >= 0.0) {
             return;
         }
         // Rounding may turn the order of two edges that meet in a corner.

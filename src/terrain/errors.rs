@@ -334,9 +334,19 @@ fn cell_errors(field: &HeightField, origin: [u32; 2], step: u32) -> [f64; 2] {
 /// surface: `visit(u, v, surface, drawn)` with both raw heights at each sample within the triangle and at each place where
 /// one of its edges crosses a grid line or a cell's diagonal between samples.
 pub fn overlay(field: &HeightField, corners: [[u32; 2]; 3], visit: impl FnMut(f64, f64, f64, f64)) {
+    overlay_heights(field, corners, corners.map(|[u, v]| field.raw(u, v)), visit);
+}
+
+/// [`overlay`] for a triangle whose corners have these raw heights instead of those of their samples.
+pub fn overlay_heights(
+    field: &HeightField,
+    corners: [[u32; 2]; 3],
+    heights: [f64; 3],
+    visit: impl FnMut(f64, f64, f64, f64),
+) {
     match field.samples() {
-        Samples::U16(samples) => Overlay { samples, width: field.columns() as usize, visit }.run(corners),
-        Samples::F32(samples) => Overlay { samples, width: field.columns() as usize, visit }.run(corners),
+        Samples::U16(samples) => Overlay { samples, width: field.columns() as usize, visit }.run(corners, heights),
+        Samples::F32(samples) => Overlay { samples, width: field.columns() as usize, visit }.run(corners, heights),
     }
 }
 
@@ -352,11 +362,12 @@ impl<S: Copy + Into<f64>, F: FnMut(f64, f64, f64, f64)> Overlay<'_, S, F> {
         self.samples[v as usize * self.width + u as usize].into()
     }
 
-    fn run(&mut self, corners: [[u32; 2]; 3]) {
-        let mut p = corners.map(|c| c.map(i64::from));
+    fn run(&mut self, corners: [[u32; 2]; 3], heights: [f64; 3]) {
         // From north to south.
-        p.sort_unstable_by_key(|p| p[1]);
-        let w = p.map(|[u, v]| self.at(u, v));
+        let mut order = [0, 1, 2];
+        order.sort_unstable_by_key(|&k: &usize| corners[k][1]);
+        let p = order.map(|k| corners[k].map(i64::from));
+        let w = order.map(|k| heights[k]);
         let area = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[1][1] - p[0][1]) * (p[2][0] - p[0][0]);
         if area == 0 {
             // Flattened against the border of the map: seen from above nothing, from the side a sliver between its edges.

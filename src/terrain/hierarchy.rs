@@ -163,6 +163,20 @@ impl Hierarchy {
         rows.flat_map(move |row| columns.clone().map(move |column| PatchId { level: patch.level + 1, column, row }))
     }
 
+    /// The patches of the next level that touch this one's closed square: its children and those around them, corners
+    /// included; none for a leaf.
+    pub fn touching_below(&self, patch: PatchId) -> impl Iterator<Item = PatchId> + use<> {
+        let r = self.resolutions.branching();
+        let around = |at: u32, count: u32| (at * r).saturating_sub(1)..(at * r + r + 1).min(count);
+        let (columns, rows) = if patch.level < self.depth() {
+            let below = self.level(patch.level + 1);
+            (around(patch.column, below.columns), around(patch.row, below.rows))
+        } else {
+            (0..0, 0..0)
+        };
+        rows.flat_map(move |row| columns.clone().map(move |column| PatchId { level: patch.level + 1, column, row }))
+    }
+
     /// The patch that contains this one, one level up.
     #[must_use]
     pub fn parent(&self, patch: PatchId) -> Option<PatchId> {

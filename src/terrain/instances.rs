@@ -6,8 +6,9 @@ use bytemuck::{Pod, Zeroable};
 
 use super::drawn::DrawnSurface;
 use super::hierarchy::Hierarchy;
+use super::morph::PatchWeights;
 use super::parts::{Part, Parts, parts_of};
-use super::selection::ActivePatch;
+use super::selection::{ActivePatch, Selection};
 
 /// One part at one place. Its vertices are `origin + step · unit`, clamped to the map: all integers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
@@ -37,17 +38,26 @@ pub struct Instances {
     ranges: Vec<(usize, Range<u32>)>,
     triangles: u64,
     cursor: Vec<u32>,
+    /// Whether the selection morphs.
+    morphs: bool,
+    /// One per instance if it does, otherwise none.
+    weights: Vec<PatchWeights>,
     /// Corners of loose triangles, three by three: those of tiles first.
     loose: Vec<LooseVertex>,
     /// How many of them belong to tiles.
     loose_tiles: u32,
+    /// One per loose corner if the selection morphs, otherwise none.
+    loose_weights: Vec<f32>,
 }
 
 impl Instances {
     /// Lists the parts of all `patches`, and no loose triangles. Buffers are used again; nothing is allocated once they have grown.
     pub fn update(&mut self, tree: &Hierarchy, parts: &Parts, patches: &[ActivePatch]) {
+        self.morphs = false;
+        self.weights.clear();
         self.loose.clear();
         self.loose_tiles = 0;
+        self.loose_weights.clear();
         self.cursor.clear();
         self.cursor.resize(parts.len(), 0);
         for patch in patches {
@@ -81,21 +91,61 @@ impl Instances {
         }
     }
 
+    /// Adds the weights of the `patches` that were listed last, if the selection that they are of morphs.
+    pub fn weigh(&mut self, tree: &Hierarchy, parts: &Parts, patches: &[ActivePatch], selection: &Selection) {
+        self.morphs = selection.morphs();
+        if !self.morphs {
+            return;
+        }
+        self.weights.resize(self.data.len(), PatchWeights::zeroed());
+        // The cursors stand behind the last instance of their part: backwards.
+        for patch in patches.iter().rev() {
+            let Some(weights) = selection.weights(tree, patch.id) else { continue };
+            for part in parts_of(patch.sides) {
+                let cursor = &mut self.cursor[parts.index(part)];
+                *cursor -= 1;
+                self.weights[*cursor as usize] = weights;
+            }
+        }
+    }
+
     /// Lists the triangles of `patches` one by one, instead of those listed before: for patches that a hole takes triangles
-    /// from. Buffers are used again.
+    /// from. If the selection morphs, their weights too. Buffers are used again.
     pub fn update_loose(&mut self, drawn: &DrawnSurface<'_>, patches: &[ActivePatch]) {
         self.loose.clear();
+        self.loose_weights.clear();
         for tiles in [true, false] {
             for &patch in patches {
                 let step = drawn.tree.step(patch.id.level);
                 for triangle in drawn.triangles(patch).filter(|t| matches!(t.part, Part::Tile(..)) == tiles) {
                     self.loose.extend(triangle.corners.map(|point| LooseVertex { point, step }));
+                    if drawn.selection.morphs() {
+                        self.loose_weights.extend(triangle.weights);
+                    }
                 }
             }
             if tiles {
                 self.loose_tiles = self.loose.len() as u32;
             }
         }
+    }
+
+    /// Whether heights blend between levels: whether there are weights.
+    #[must_use]
+    pub fn morphs(&self) -> bool {
+        self.morphs
+    }
+
+    /// The weights of the instances, in their order; none unless the selection morphs.
+    #[must_use]
+    pub fn weights(&self) -> &[PatchWeights] {
+        &self.weights
+    }
+
+    /// The weights of the loose corners, in their order; none unless the selection morphs.
+    #[must_use]
+    pub fn loose_weights(&self) -> &[f32] {
+        &self.loose_weights
     }
 
     /// Corners of the triangles that are drawn by themselves, three by three.

@@ -69,7 +69,7 @@ pub(super) fn between(a: f64, b: f64, s: f64) -> f64 {
 
 impl Line {
     /// The part of a ray over a map of so many cells; `None` if there is none, or the ray is not finite.
-    pub(super) fn new(ray: &LatticeRay, cells: [u32; 2]) -> Option<Seen> {
+    pub(super) fn seen(ray: &LatticeRay, cells: [u32; 2]) -> Option<Seen> {
         let [cu, cv] = cells.map(f64::from);
         let largest = ray.direction.abs().max_element();
         if !(ray.origin.is_finite() && ray.direction.is_finite() && largest > 0.0) || ray.near.is_nan() {

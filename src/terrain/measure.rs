@@ -2,10 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::errors::{overlay, place};
-use super::height_field::HeightField;
-use super::hierarchy::Hierarchy;
-use super::parts::{Parts, parts_of};
+use super::drawn::DrawnSurface;
+use super::errors::overlay_heights;
 use super::pixel_error::{LatticeView, PixelProjection};
 use super::selection::ActivePatch;
 
@@ -33,37 +31,29 @@ impl LatticeView {
     }
 }
 
-/// Measures a mesh: at every sample of the map, and wherever an edge of the mesh crosses a grid line or a cell's diagonal,
+/// Measures these patches of a mesh: at every sample of the map, and wherever an edge of the mesh crosses a grid line or a cell's diagonal,
 /// the picture of the full-resolution surface is compared with that of the mesh. A point counts if one of the two is in
 /// view. What hides what is not asked: hidden points count too.
 ///
 /// The distance of two piecewise linear surfaces is largest at these points, and so, but for the perspective within a single
 /// triangle, is its picture.
 #[must_use]
-pub fn screen_error(
-    field: &HeightField,
-    tree: &Hierarchy,
-    parts: &Parts,
-    patches: &[ActivePatch],
-    view: &LatticeView,
-) -> ScreenError {
+pub fn screen_error(mesh: &DrawnSurface<'_>, patches: &[ActivePatch], view: &LatticeView) -> ScreenError {
     use rayon::prelude::*;
     let (max, squares, points) = patches
         .par_iter()
         .map(|patch| {
             let (mut max, mut squares, mut points) = (0.0f64, 0.0f64, 0u64);
-            for part in parts_of(patch.sides) {
-                for triangle in parts.triangles(part) {
-                    overlay(field, place(tree, patch.id, *triangle), |u, v, surface, drawn| {
-                        let (p, q) = (DVec3::new(u, v, surface), DVec3::new(u, v, drawn));
-                        if view.frustum.contains(p) || view.frustum.contains(q) {
-                            let distance = view.pixel(p).distance(view.pixel(q));
-                            max = max.max(distance);
-                            squares += distance * distance;
-                            points += 1;
-                        }
-                    });
-                }
+            for triangle in mesh.triangles(*patch) {
+                overlay_heights(mesh.field, triangle.corners, triangle.heights, |u, v, surface, drawn| {
+                    let (p, q) = (DVec3::new(u, v, surface), DVec3::new(u, v, drawn));
+                    if view.frustum.contains(p) || view.frustum.contains(q) {
+                        let distance = view.pixel(p).distance(view.pixel(q));
+                        max = max.max(distance);
+                        squares += distance * distance;
+                        points += 1;
+                    }
+                });
             }
             (max, squares, points)
         })

@@ -14,6 +14,7 @@ pub mod hierarchy;
 pub mod instances;
 mod line;
 pub mod measure;
+pub mod morph;
 pub mod parts;
 pub mod pick;
 pub mod pixel_error;
@@ -33,6 +34,7 @@ pub use height_field::{HeightField, HeightFieldError, LatticeFrame, SampleRect, 
 pub use hierarchy::{Hierarchy, PatchId};
 pub use instances::{Instance, Instances, LooseVertex};
 pub use measure::{ScreenError, screen_error};
+pub use morph::{MorphErrors, MorphPixelError, PatchWeights, Urgency};
 pub use parts::{Part, Parts, Resolutions, ResolutionsError, Side, UnitVertex, parts_of};
 pub use pixel_error::{LatticeView, PixelError, PixelProjection};
 pub use pyramid::MinMaxPyramid;

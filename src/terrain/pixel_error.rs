@@ -97,31 +97,53 @@ pub struct PixelError<'t> {
     pub pyramid: &'t MinMaxPyramid,
 }
 
+impl LatticeView {
+    /// Pixels by which one raw unit of height moves a picture, times the depth (an orthographic camera has none): the largest
+    /// f · |a⊥ − t·a_Z| over a rectangle of t. Each axis is largest at one of its ends, and both at once at a corner.
+    pub(super) fn spread(&self, least: DVec2, most: DVec2) -> f64 {
+        let rise = DVec2::new(self.right.z, self.up.z);
+        match self.projection {
+            PixelProjection::Orthographic { scale } => scale * rise.length(),
+            PixelProjection::Perspective { focal, .. } => {
+                let along = |t: DVec2| (rise - t * self.depth.z).abs();
+                focal * along(least).max(along(most)).length()
+            }
+        }
+    }
+
+    /// A bound of the pixels, times the depth, by which a step of one cell in any horizontal direction moves a picture: the root
+    /// of the sum of the squares of all elements is not less than the larger singular value of a matrix.
+    pub(super) fn spread_of_cells(&self, least: DVec2, most: DVec2) -> f64 {
+        let along = |k: usize, t: DVec2| (DVec2::new(self.right[k], self.up[k]) - t * self.depth[k]).abs();
+        let squares = |least: DVec2, most: DVec2| {
+            [0, 1].map(|k| along(k, least).max(along(k, most)).length_squared()).into_iter().sum::<f64>()
+        };
+        match self.projection {
+            PixelProjection::Orthographic { scale } => scale * squares(DVec2::ZERO, DVec2::ZERO).sqrt(),
+            PixelProjection::Perspective { focal, .. } => focal * squares(least, most).sqrt(),
+        }
+    }
+}
+
 impl PixelError<'_> {
     /// Largest vertical errors allowed on the four sides, in raw units.
     fn allowed(&self, tree: &Hierarchy, patch: PatchId, low: DVec3, high: DVec3) -> [f64; 4] {
-        let LatticeView { right, up, depth, projection, .. } = self.view;
-        let rise = DVec2::new(right.z, up.z);
-        let (focal, tangents) = match *projection {
-            PixelProjection::Orthographic { scale } => {
+        let tangents = match self.view.projection {
+            PixelProjection::Orthographic { .. } => {
                 // A view straight down sees no vertical error: 0/0 there would be NaN, and anything is allowed.
-                let pixels = scale * rise.length();
+                let pixels = self.view.spread(DVec2::ZERO, DVec2::ZERO);
                 return [if pixels > 0.0 { self.tolerance / pixels } else { f64::INFINITY }; 4];
             }
-            PixelProjection::Perspective { focal, tangents } => (focal, tangents),
+            PixelProjection::Perspective { tangents, .. } => tangents,
         };
 
-        let longest = self
-            .corners_in_picture(low, high, tangents)
-            .into_iter()
-            .map(|t| (rise - t * depth.z).length())
-            .fold(0.0, f64::max);
-        let factor = self.tolerance / (focal * longest);
+        let [least, most] = self.rectangle_in_picture(low, high, tangents);
+        let factor = self.tolerance / self.view.spread(least, most);
         self.depths(tree, patch, low, high).map(|z| if z > 0.0 { factor * z } else { 0.0 })
     }
 
-    /// Corners of the rectangle of t = (right, up) / depth that a box covers, as far as it is in view.
-    fn corners_in_picture(&self, low: DVec3, high: DVec3, tangents: DVec2) -> [DVec2; 4] {
+    /// Least and most of the rectangle of t = (right, up) / depth that a box covers, as far as it is in view.
+    fn rectangle_in_picture(&self, low: DVec3, high: DVec3, tangents: DVec2) -> [DVec2; 2] {
         let LatticeView { right, up, depth, .. } = self.view;
         let (mut least, mut most) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for k in 0..8 {
@@ -139,8 +161,7 @@ impl PixelError<'_> {
             let t = DVec2::new(right.dot(corner), up.dot(corner)) / z;
             (least, most) = (least.min(t), most.max(t));
         }
-        let (least, most) = (least.clamp(-tangents, tangents), most.clamp(-tangents, tangents));
-        [least, most, DVec2::new(least.x, most.y), DVec2::new(most.x, least.y)]
+        [least, most].map(|t| t.clamp(-tangents, tangents))
     }
 
     /// Smallest depths on the four sides: of the tile and its half of the strips, in the patch's box.
@@ -168,12 +189,14 @@ impl PixelError<'_> {
                 Reach { per_cell, per_raw, depths: [1.0; 4], nearer: [0.0; 2] }
             }
             PixelProjection::Perspective { focal, tangents } => {
-                let (mut per_cell, mut per_raw) = (0.0f64, 0.0f64);
-                for t in self.corners_in_picture(low, high, tangents) {
-                    let [u, v, w] = columns(t);
-                    per_cell = per_cell.max(focal * largest_singular_value(u, v));
-                    per_raw = per_raw.max(focal * w.length());
-                }
+                let [least, most] = self.rectangle_in_picture(low, high, tangents);
+                let corners = [least, most, DVec2::new(least.x, most.y), DVec2::new(most.x, least.y)];
+                let at_corner = |t: DVec2| {
+                    let [u, v, _] = columns(t);
+                    focal * largest_singular_value(u, v)
+                };
+                let per_cell = corners.into_iter().map(at_corner).fold(0.0, f64::max);
+                let per_raw = self.view.spread(least, most);
                 let nearer = [DVec2::new(depth.x, depth.y).length(), depth.z.abs()];
                 Reach { per_cell, per_raw, depths: self.depths(tree, patch, low, high), nearer }
             }

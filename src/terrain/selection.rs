@@ -26,6 +26,7 @@
 //! visited in their turn. A leaf is never forced: nothing is finer than it.
 
 use super::hierarchy::{Hierarchy, PatchId};
+use super::morph::{Graded, PatchWeights, Urgency, weight};
 use super::parts::{Resolutions, Side};
 
 /// What a metric asks of one patch.
@@ -178,6 +179,11 @@ pub struct Selection {
     pending: Vec<PatchId>,
     traversed: u32,
     forced: u32,
+    /// Whether the weights are of this selection. They are made when a selection morphs first.
+    morphing: bool,
+    /// One per patch of the tree, 0 but for those listed.
+    weights: Vec<f32>,
+    weighed: Vec<PatchId>,
 }
 
 impl Selection {
@@ -192,6 +198,9 @@ impl Selection {
             pending: Vec::new(),
             traversed: 0,
             forced: 0,
+            morphing: false,
+            weights: Vec::new(),
+            weighed: Vec::new(),
         }
     }
 
@@ -210,6 +219,7 @@ impl Selection {
             self.nodes[tree.index(patch)] = Node::Absent;
         }
         self.created.clear();
+        self.morphing = false;
         self.traversed = 0;
         self.forced = 0;
         self.pending.extend(tree.roots());
@@ -222,6 +232,50 @@ impl Selection {
                 self.agree(tree, metric, patch);
             }
         }
+    }
+
+    /// Chooses anew, with weights for heights that blend between levels; see [`super::morph`]. The tree has to have two
+    /// resolutions.
+    pub fn update_morphing(&mut self, tree: &Hierarchy, urgency: &impl Urgency) {
+        debug_assert_eq!(tree.resolutions().count(), 2, "patches with one refinement each");
+        let mut weights = std::mem::take(&mut self.weights);
+        weights.resize(tree.len(), 0.0);
+        for patch in self.weighed.drain(..) {
+            weights[tree.index(patch)] = 0.0;
+        }
+        // Patches in those that are not complete have none.
+        self.pending.extend(tree.roots());
+        while let Some(patch) = self.pending.pop() {
+            let own = weight(urgency.urgency(tree, patch));
+            if own > 0.0 {
+                weights[tree.index(patch)] = own;
+                self.weighed.push(patch);
+            }
+            if own >= 1.0 {
+                self.pending.extend(tree.children(patch));
+            }
+        }
+        self.update(tree, &Graded { weights: &weights });
+        self.weights = weights;
+        self.morphing = true;
+    }
+
+    /// How much of the refinement of a patch is drawn, if the selection was made with weights. Patches that share a side
+    /// have the same weight there.
+    #[must_use]
+    pub fn weights(&self, tree: &Hierarchy, id: PatchId) -> Option<PatchWeights> {
+        let weight = |id| self.weights.get(tree.index(id)).copied().unwrap_or(0.0);
+        self.morphing.then(|| {
+            let inside = weight(id);
+            let side = |side| tree.neighbour(id, side).map_or(inside, |across| inside.max(weight(across)));
+            PatchWeights { sides: Side::ALL.map(side), inside }
+        })
+    }
+
+    /// Whether the selection was made with weights.
+    #[must_use]
+    pub fn morphs(&self) -> bool {
+        self.morphing
     }
 
     /// Makes the pending patches active or splits them, as the metric says.
