@@ -13,9 +13,12 @@ use crate::terrain::{HeightField, HeightFieldError, Terrain};
 #[derive(Debug, Default)]
 pub struct Resources {
     images: Mutex<HashMap<std::path::PathBuf, Result<Arc<Image>, ImageError>>>,
-    terrains: Mutex<HashMap<(u64, Option<u64>, bool), TerrainResult>>,
+    terrains: Mutex<HashMap<TerrainKey, TerrainResult>>,
     version: AtomicU64,
 }
+
+/// Identity of the image, bits of the void sample, and whether voids are holes.
+type TerrainKey = (u64, Option<u64>, bool);
 
 type TerrainResult = Result<Arc<Terrain>, HeightFieldError>;
 

@@ -30,7 +30,8 @@
 //! # Cost
 //!
 //! Triangles in whose box all samples are of one kind are right as they are, which 64 samples at a time tell. The others are
-//! those at the rims of holes: their cells are visited one by one. The nearest samples come from a distance transform of two
+//! those at the rims of holes: their cells are visited one by one. (A map of 2049² whose lower third is void, with rims all over
+//! it, took six times as long as vertical errors alone; one with a few holes takes hardly longer.) The nearest samples come from a distance transform of two
 //! passes (Felzenszwalb and Huttenlocher, "Distance transforms of sampled functions", Theory of Computing 8, 2012), linear in
 //! the number of samples; it needs 8 bytes per sample while errors are measured. Memory kept: 8 · n floats per patch.
 
@@ -241,14 +242,20 @@ impl Measure<'_> {
             if if drawn { !self.holes.any_in(rows) } else { self.holes.all_in(rows) } {
                 continue;
             }
+            let column = |c: u32| [self.holes.get(c, r), self.holes.get(c, r + 1)];
+            let mut west = column(u0);
             for c in u0..u1 {
-                for upper in [true, false] {
-                    let small = triangle([c, r], upper);
-                    let ground = small.iter().all(|&[u, v]| !self.holes.get(u, v));
-                    if ground != drawn && overlap.with(small) {
-                        worst = worst.max(self.displacement(small, ground));
+                let east = column(c + 1);
+                for (upper, third) in [(true, east[0]), (false, west[1])] {
+                    let hole = west[0] || third || east[1];
+                    if hole == drawn {
+                        let small = triangle([c, r], upper);
+                        if overlap.with(small) {
+                            worst = worst.max(self.displacement(small, !hole));
+                        }
                     }
                 }
+                west = east;
             }
         }
         worst

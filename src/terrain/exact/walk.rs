@@ -504,7 +504,7 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
             // On the surface: a crossing only if the sign is another afterwards. It is where the ray first met the ground:
             // not where it met a lid in one plane with it.
             let contact = Contact { t, column, row, upper };
-            if !self.zero_since.is_some_and(|first| self.on_ground(&first).is_some()) {
+            if self.zero_since.is_none_or(|first| self.on_ground(&first).is_none()) {
                 self.zero_since = Some(contact);
             }
             return true;
