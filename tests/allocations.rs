@@ -47,14 +47,34 @@ const BYTES: usize = 8 << 10;
 
 #[test]
 fn a_warm_frame_allocates_nothing_or_a_small_constant() {
+    warm_frames(VoidMode::Fill);
+}
+
+#[test]
+fn so_does_a_warm_frame_of_a_map_with_holes() {
+    warm_frames(VoidMode::Hole);
+}
+
+fn warm_frames(voids: VoidMode) {
     let field = generate(1025, 3).unwrap();
-    let pixels = (0..1025).flat_map(|r| (0..1025).map(move |c| (c, r))).map(|(c, r)| field.raw(c, r) as u16).collect();
+    let pixels = (0..1025).flat_map(|r| (0..1025).map(move |c| (c, r))).map(|(c, r)| {
+        // Some blocks, and voids by themselves, all over the map.
+        if c % 200 < 20 && r % 150 < 30 || (c * 7 + r * 13) % 997 == 0 { 0 } else { field.raw(c, r).max(1.0) as u16 }
+    });
+    let pixels = pixels.collect();
     let mut scene = Scene::new();
     let root = scene.root();
     let camera = scene.add(root, PerspectiveCamera::default()).unwrap();
     scene.add(root, DirectionalLight::default()).unwrap();
     scene.add(root, Texture2::from_image(Image::new(1025, 1025, Pixels::Gray16(pixels)).unwrap())).unwrap();
-    let land = SeamlessTerrain { scale: 100.0, max_height: 10.0, resolutions: (4, 2), ..SeamlessTerrain::default() };
+    let land = SeamlessTerrain {
+        scale: 100.0,
+        max_height: 10.0,
+        resolutions: (4, 2),
+        void_sample: Some(0.0),
+        voids,
+        ..SeamlessTerrain::default()
+    };
     let terrain = scene.add(root, land).unwrap();
     let mut view = View::default();
     let action = RenderAction::new(1280, 720);

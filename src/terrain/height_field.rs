@@ -614,3 +614,60 @@ impl LatticeFrame {
         DVec3::new(local.x / dx, f64::from(self.cells[1]) - local.y / dy, w)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rectangles_of_bits_are_those_of_a_scan() {
+        for (columns, rows, stride) in [(5u32, 7u32, 3u32), (64, 4, 5), (130, 3, 7), (67, 5, 64), (200, 2, 1)] {
+            let mut grid = BitGrid::new(columns, rows);
+            for i in (0..columns * rows).filter(|i| i % stride == 0 || i / 40 == 3) {
+                grid.set(i % columns, i / columns);
+            }
+            let columns = || (0..columns).flat_map(|a| (a..columns).step_by(3).map(move |b| (a, b)));
+            for (c0, c1) in columns() {
+                for (r0, r1) in (0..rows).flat_map(|a| (a..rows).map(move |b| (a, b))) {
+                    let mut all = (r0..=r1).flat_map(|r| (c0..=c1).map(move |c| (c, r)));
+                    let any = all.clone().any(|(c, r)| grid.get(c, r));
+                    assert_eq!(grid.any_in([[c0, r0], [c1, r1]]), any);
+                    assert_eq!(grid.all_in([[c0, r0], [c1, r1]]), all.all(|(c, r)| grid.get(c, r)));
+                }
+            }
+        }
+    }
+
+    /// On a grid of quarters of a cell: by the definition, over all triangles.
+    #[test]
+    fn ground_is_where_a_closed_triangle_without_void_is() {
+        let (n, mut voids) = (7u32, Vec::new());
+        for seed in 0..40u32 {
+            voids.clear();
+            voids.extend(
+                (0..n * n).map(|i| i.wrapping_mul(2_654_435_761).wrapping_add(seed * 97_777_777) >> 24 < 6 * seed),
+            );
+            let samples = voids.iter().map(|&void| if void { 0 } else { 9 }).collect();
+            let field = HeightField::from_u16(n, n, samples, Voids { sample: Some(0.0) }).unwrap().with_holes();
+            let void = |[c, r]: [u32; 2]| voids[(r * n + c) as usize];
+            for (i, j) in (0..=4 * (n - 1)).flat_map(|j| (0..=4 * (n - 1)).map(move |i| (i, j))) {
+                let mut wanted = false;
+                for (c, r) in (0..n - 1).flat_map(|r| (0..n - 1).map(move |c| (c, r))) {
+                    let (x, y) = (i as i32 - 4 * c as i32, j as i32 - 4 * r as i32);
+                    let inside = (0..=4).contains(&x) && (0..=4).contains(&y);
+                    for upper in [true, false] {
+                        let half = if upper { x >= y } else { x <= y };
+                        wanted |= inside && half && !triangle([c, r], upper).into_iter().any(void);
+                    }
+                }
+                let (u, v) = (f64::from(i) / 4.0, f64::from(j) / 4.0);
+                assert_eq!(field.surface(u, v).is_some(), wanted, "({u}, {v})");
+                if let Some((cell, upper)) = field.ground_at(u, v) {
+                    assert!(field.is_ground(cell, upper) && !triangle(cell, upper).into_iter().any(void));
+                }
+            }
+            assert_eq!(field.ground_at(f64::NAN, 1.0), None);
+            assert_eq!(field.ground_at(-0.1, 1.0), None);
+        }
+    }
+}
