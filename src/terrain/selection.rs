@@ -236,6 +236,23 @@ impl Selection {
 
     /// Chooses anew, with weights for heights that blend between levels; see [`super::morph`]. The tree has to have two
     /// resolutions.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use seamount::terrain::{Hierarchy, LodEye, Precision, Resolutions, Selection};
+    ///
+    /// let tree = Hierarchy::new([1024, 1024], Resolutions::new(8, 2)?);
+    /// let root = tree.roots().next().unwrap();
+    /// let mut selection = Selection::new(&tree);
+    /// // e = 2 ρ · l / d: the refinement of the root, 1024 cells wide, is complete up to d = 2048, and none of it is left from 4096 on.
+    /// for (distance, weight) in [(1000.0, 1.0), (2048.0, 1.0), (2730.7, 0.5), (4096.0, 0.0)] {
+    ///     selection.update_morphing(&tree, &Precision { precision: 1.0, eye: LodEye::Everywhere { distance } });
+    ///     let weights = selection.weights(&tree, root).unwrap();
+    ///     assert!((weights.inside - weight).abs() < 1e-4);
+    /// }
+    /// # Ok::<(), seamount::terrain::ResolutionsError>(())
+    /// ```
     pub fn update_morphing(&mut self, tree: &Hierarchy, urgency: &impl Urgency) {
         debug_assert_eq!(tree.resolutions().count(), 2, "patches with one refinement each");
         let mut weights = std::mem::take(&mut self.weights);
