@@ -1,13 +1,13 @@
 //! A map with everything that is derived from it, each made on first need and kept.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use super::errors::TileErrors;
 use super::height_field::{HeightField, SampleRect, Samples, Voids};
 use super::hierarchy::Hierarchy;
 use super::parts::{Parts, Resolutions};
-use super::pick::FanErrors;
+use super::pick::{FanErrors, FanTree};
 use super::pixel_error::{LatticeView, PixelError};
 use super::pyramid::MinMaxPyramid;
 use super::selection::{Full, LodEye, Precision, Selection};
@@ -124,6 +124,8 @@ pub struct PatchTree {
     fan_errors: OnceLock<FanErrors>,
     tile_errors: OnceLock<TileErrors>,
     recent: Mutex<Vec<(Detail, Arc<Selection>)>>,
+    /// Selections are not kept alive by their fans.
+    fans: Mutex<Vec<(Weak<Selection>, Arc<FanTree>)>>,
 }
 
 impl PatchTree {
@@ -136,6 +138,7 @@ impl PatchTree {
             fan_errors: OnceLock::new(),
             tile_errors: OnceLock::new(),
             recent: Mutex::default(),
+            fans: Mutex::default(),
         }
     }
 
@@ -147,6 +150,7 @@ impl PatchTree {
             fan_errors: self.fan_errors.clone(),
             tile_errors: self.tile_errors.clone(),
             recent: Mutex::default(),
+            fans: Mutex::default(),
         };
         if let Some(errors) = edited.fan_errors.get_mut() {
             errors.update(field, &edited.hierarchy, changed);
@@ -178,6 +182,23 @@ impl PatchTree {
     /// The vertical errors of all tiles, made on first call from the field that the tree belongs to.
     pub fn tile_errors(&self, field: &HeightField) -> &TileErrors {
         self.tile_errors.get_or_init(|| TileErrors::new(field, &self.hierarchy, &self.parts))
+    }
+
+    /// The fans of a selection of this tree, made on first call for each of the last few selections; `field` is the one that
+    /// the tree belongs to.
+    pub fn fans(&self, field: &HeightField, selection: &Arc<Selection>) -> Arc<FanTree> {
+        let mut kept = self.fans.lock().unwrap_or_else(PoisonError::into_inner);
+        let this = Arc::as_ptr(selection);
+        if let Some((_, fans)) = kept.iter().rev().find(|(of, _)| of.as_ptr() == this && of.strong_count() > 0) {
+            return Arc::clone(fans);
+        }
+        kept.retain(|(of, _)| of.strong_count() > 0);
+        if kept.len() >= RECENT {
+            kept.remove(0);
+        }
+        let fans = Arc::new(FanTree::new(field, &self.hierarchy, selection));
+        kept.push((Arc::downgrade(selection), Arc::clone(&fans)));
+        fans
     }
 
     /// The active patches for this detail. The same detail gives the same selection without work; `terrain` is the one that
