@@ -13,7 +13,7 @@ use seamount::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).map_or_else(|| PathBuf::from("target"), PathBuf::from);
-    let scene = seamount::format::read_scene(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/fuji.ron"))?;
+    let scene = seamount::format::read_scene(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/fuji.ron"))?;
     // Everything that many questions have in common is found once.
     let exact = RayPickAction { surface: Surface::Exact, ..RayPickAction::pixel(0, 0, [1280, 720]) };
     let picker = exact.picker(&scene)?;

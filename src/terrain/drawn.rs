@@ -64,8 +64,8 @@ impl<'t> DrawnSurface<'t> {
         let Self { field, tree, parts, .. } = *self;
         parts_of(patch.sides).into_iter().flat_map(move |part| {
             // Clamping to the map is monotone: a clamped box contains its clamped triangles.
-            let groups = parts.groups(part).filter(move |(corners, _)| wanted(place(tree, patch.id, *corners)));
-            groups.flat_map(|(_, triangles)| triangles).map(move |triangle| {
+            let groups = parts.groups(part, move |corners| wanted(place(tree, patch.id, corners)));
+            groups.flatten().map(move |triangle| {
                 let corners = place(tree, patch.id, *triangle);
                 DrawnTriangle { part, corners, heights: corners.map(|[u, v]| field.raw(u, v)) }
             })

@@ -130,7 +130,7 @@ impl DrawnPick<'_> {
     ///
     /// A ray whose origin or direction is not finite, whose direction is zero or whose range is empty crosses nothing.
     pub fn intersect(&self, ray: &LatticeRay, found: impl FnMut(DrawnHit) -> bool) {
-        match Line::new(ray, self.drawn.tree.cells()) {
+        match Line::seen(ray, self.drawn.tree.cells()) {
             None => {}
             Some(Seen::Point(line)) => self.vertical(&line, found),
             Some(Seen::Line(line)) => {
@@ -240,6 +240,14 @@ fn border(triangle: &DrawnTriangle, [cu, cv]: [u32; 2]) -> Option<Side> {
         .map(|(side, ..)| side)
 }
 
+/// A range that holds all heights in a box of the lattice: that of the smallest block of the tree around it.
+fn range(pyramid: &MinMaxPyramid, [[u0, v0], [u1, v1]]: [[u32; 2]; 2]) -> [f64; 2] {
+    // Cells, not lines: the line at its end belongs to the block as well.
+    let differing = (u0 ^ u1.saturating_sub(1).max(u0)) | (v0 ^ v1.saturating_sub(1).max(v0));
+    let bits = (u32::BITS - differing.leading_zeros()).max(MinMaxPyramid::BASE.trailing_zeros());
+    pyramid.range(1 << bits, u0 >> bits, v0 >> bits)
+}
+
 /// A crossing that waits for those of the same patch.
 #[derive(Debug, Clone, Copy)]
 struct Pending {
@@ -307,7 +315,10 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
     fn triangles(&mut self, patch: ActivePatch) -> bool {
         let line = self.line;
         let drawn = self.pick.drawn;
-        for triangle in drawn.triangles_where(patch, |group| line.meets(group)) {
+        let pyramid = self.pick.pyramid;
+        let may_meet =
+            |group: [[u32; 2]; 2]| line.meets(group) && line.clear_of(range(pyramid, group), line.within(group)) == 0;
+        for triangle in drawn.triangles_where(patch, may_meet) {
             let positive = triangle.corners.map(|corner| line.side(corner.map(f64::from)) >= 0.0);
             let [p, q, r] = positive;
             if p == q && q == r {
@@ -351,7 +362,7 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
             (t1, f1) = (far, self.line.height(far) - between(enter.height, leave.height, s));
         }
         let entering = f0 >= 0.0 && f1 < 0.0;
-        if !entering && !(f0 < 0.0 && f1 >= 0.0) {
+        if !(entering || f0 < 0.0 && f1 >= 0.0) {
             return;
         }
         // Rounding may turn the order of two edges that meet in a corner.

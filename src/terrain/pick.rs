@@ -353,6 +353,12 @@ impl CoarseSurface<'_> {
     }
 }
 
+/// 1 / 2^k for a power of two, exactly and without a division.
+#[inline(always)]
+fn inverse_power(power: u32) -> f64 {
+    f64::from_bits(u64::from(1023 - power.trailing_zeros()) << 52)
+}
+
 /// One axis along a ray, with lines at k · size.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
@@ -385,8 +391,8 @@ impl Axis {
 
     /// The block of `first..last` in which the ray is at `t`, by the same comparisons that stepping uses.
     #[inline(always)]
-    fn block(&self, t: f64, size: f64, first: u32, last: u32) -> u32 {
-        let guess = (self.origin + self.direction * t) / size;
+    fn block(&self, t: f64, size: f64, inverse: f64, first: u32, last: u32) -> u32 {
+        let guess = (self.origin + self.direction * t) * inverse;
         let mut k = (guess.max(0.0) as u32).clamp(first, last - 1);
         let line = |k: u32| self.line(f64::from(k) * size);
         if self.direction > 0.0 {
@@ -427,9 +433,11 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
     /// Walks the blocks `first..last` of a level between two parameters; their nodes start at `base`. `false` when nothing
     /// more is wanted.
     fn grid(&mut self, level: u8, first: [u32; 2], last: [u32; 2], base: usize, [near, far]: [f64; 2]) -> bool {
-        let size = f64::from(self.surface.tree.size(level));
+        let cells = self.surface.tree.size(level);
+        let (size, inverse) = (f64::from(cells), inverse_power(cells));
         let (u, v) = (self.u, self.v);
-        let (mut column, mut row) = (u.block(near, size, first[0], last[0]), v.block(near, size, first[1], last[1]));
+        let mut column = u.block(near, size, inverse, first[0], last[0]);
+        let mut row = v.block(near, size, inverse, first[1], last[1]);
         let width = last[0] - first[0];
         let (mut leave_u, mut leave_v) = (u.leaves(column, size), v.leaves(row, size));
         let (mut t, mut z) = (near, self.height_along(near));
@@ -504,7 +512,8 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
         let cut = |t: f64| if t > near && t < far { t } else { far };
         let (a, b) = (cut((ou - ov) * self.across[0]), cut(-(ou + ov) * self.across[1]));
         let [nw, ne, se, sw, center] = node.heights.map(f64::from);
-        let (scale, scale_half) = (0.5 / half, 1.0 / half);
+        let scale = inverse_power(size);
+        let scale_half = 2.0 * scale;
         let mut from = near;
         for to in [a.min(b), a.max(b), far] {
             if to <= from && to < far {
@@ -525,7 +534,14 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
                 (Side::East, (0.5 * (ne + se) - center) * scale_half, (se - ne) * scale)
             };
             let above = |t: f64| (o.z + d.z * t) - (center + gu * (ou + d.x * t) + gv * (ov + d.y * t));
-            if !self.piece(patch, side, [from, to], [above(from), above(to)], from == near) {
+            let (f0, f1) = (above(from), above(to));
+            // Nearly always the ray stays on its side.
+            let sign = f64::from(self.sign);
+            let stays = f0 * sign > 0.0 && f1 * sign > 0.0;
+            if stays {
+                self.zero_since = None;
+                self.last = Some(patch);
+            } else if !self.piece(patch, side, [from, to], [f0, f1], from == near) {
                 return false;
             }
             if to >= far {
@@ -602,7 +618,8 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
     }
 
     /// A piece of the ray over one triangle, with f at its ends.
-    #[inline(always)]
+    #[cold]
+    #[inline(never)]
     fn piece(&mut self, patch: PatchId, side: Side, [t0, t1]: [f64; 2], [f0, f1]: [f64; 2], enters: bool) -> bool {
         for (t, f, start) in [(t0, f0, true), (t1, f1, false)] {
             if f == 0.0 {
