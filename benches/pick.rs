@@ -22,8 +22,11 @@ use parry3d::math::Vector;
 use parry3d::query::RayCast;
 use parry3d::utils::Array2;
 use seamount::scene::Image;
-use seamount::terrain::pick::{CoarseSurface, FanErrors, LatticeRay};
-use seamount::terrain::{ExactSurface, Full, HeightField, Hierarchy, MinMaxPyramid, Resolutions, Selection, generate};
+use seamount::terrain::pick::{CoarseSurface, FanErrors, FanTree, LatticeRay};
+use seamount::terrain::{
+    DrawnPick, DrawnSurface, ExactSurface, Full, HeightField, Hierarchy, MinMaxPyramid, Parts, Resolutions, Selection,
+    generate,
+};
 
 const RAYS: usize = 20_000;
 const CLASSES: [&str; 6] = ["camera", "grazing", "grid lines", "diagonals", "vertices", "down"];
@@ -252,11 +255,14 @@ fn measure(c: &mut Criterion, map: &Map) {
     let tree = Hierarchy::new(field.cells(), Resolutions::new(16, 3).expect("valid"));
     let errors = once(map, "coarse: errors, ms", || FanErrors::new(field, &tree));
     let selection = Selection::of(&tree, &Full);
+    let fans = once(map, "coarse: fans, ms", || FanTree::new(field, &tree, &selection));
+    let parts = Parts::new(tree.resolutions());
     let parry = once(map, "parry3d: build, ms", || map.parry());
     let bvh = once(map, "obvhs: build, ms", || map.bvh());
     let memory = [
         ("heights", field.samples().bytes()),
         ("exact: tree", pyramid.bytes()),
+        ("coarse: fans", fans.bytes()),
         ("parry3d: heights", size_of_val(parry.heights().data())),
         ("obvhs: nodes and triangles", bvh.bytes()),
     ];
@@ -264,13 +270,23 @@ fn measure(c: &mut Criterion, map: &Map) {
         note(format!("{}|{title}, MB", map.name), bytes as f64 / 1e6);
     }
     let exact = ExactSurface { field, pyramid: &pyramid };
-    let coarse = CoarseSurface { field, pyramid: &pyramid, tree: &tree, selection: &selection, errors: &errors };
+    let coarse = CoarseSurface { field, tree: &tree, selection: &selection, fans: &fans, errors: &errors };
+    let drawn = DrawnSurface { field, tree: &tree, parts: &parts, selection: &selection };
+    let drawn = DrawnPick { drawn, pyramid: &pyramid };
     for class in CLASSES {
         let rays = map.rays(class);
         time(c, map.name, class, "exact", &rays, |ray| exact.first(ray).is_some());
         time(c, map.name, class, "coarse", &rays, |ray| {
             let mut hit = None;
-            coarse.intersect(ray, &mut |h| {
+            coarse.intersect(ray, |h| {
+                hit = Some(h);
+                false
+            });
+            hit.is_some()
+        });
+        time(c, map.name, class, "drawn", &rays, |ray| {
+            let mut hit = None;
+            drawn.intersect(ray, |h| {
                 hit = Some(h);
                 false
             });
@@ -308,13 +324,13 @@ fn print() {
     for map in maps {
         println!("\n{map}: ns per ray (share that hits)");
         println!(
-            "{:<12}{:>18}{:>18}{:>18}{:>18}{:>9}{:>9}",
-            "", "exact", "coarse", "parry3d", "obvhs", "×parry", "×obvhs"
+            "{:<12}{:>18}{:>18}{:>18}{:>18}{:>18}{:>9}{:>9}",
+            "", "exact", "coarse", "drawn", "parry3d", "obvhs", "×parry", "×obvhs"
         );
         for class in CLASSES {
             print!("{class:<12}");
             let ns = |peer: &str| get(format!("{map}|{class}|{peer}")).unwrap_or(f64::NAN);
-            for peer in ["exact", "coarse", "parry3d", "obvhs"] {
+            for peer in ["exact", "coarse", "drawn", "parry3d", "obvhs"] {
                 let share = get(format!("{map}|{class}|{peer} hits")).unwrap_or(0.0) / RAYS as f64;
                 print!("{:>18}", format!("{:.0} ({:.2}%)", ns(peer), 100.0 * share));
             }

@@ -5,15 +5,14 @@ mod common;
 
 use common::Rng;
 use glam::DVec3;
-use seamount::terrain::pick::{CoarseSurface, Fan, FanErrors, LatticeRay, TerrainHit, fan_error};
+use seamount::terrain::pick::{CoarseSurface, Fan, FanErrors, FanTree, LatticeRay, TerrainHit, fan_error};
 use seamount::terrain::{
-    ActivePatch, Full, HeightField, Hierarchy, LodEye, MinMaxPyramid, Precision, Resolutions, Selection, Side, Voids,
-    generate,
+    ActivePatch, Full, HeightField, Hierarchy, LodEye, Precision, Resolutions, Selection, Side, Voids, generate,
 };
 
 struct Scene {
     field: HeightField,
-    pyramid: MinMaxPyramid,
+    fans: FanTree,
     tree: Hierarchy,
     selection: Selection,
     errors: FanErrors,
@@ -29,19 +28,19 @@ impl Scene {
         };
         let patches = selection.patches(&tree).map(|p| (p, Fan::new(&field, &tree, p.id))).collect();
         let errors = FanErrors::new(&field, &tree);
-        Self { pyramid: MinMaxPyramid::new(&field), field, tree, selection, errors, patches }
+        Self { fans: FanTree::new(&field, &tree, &selection), field, tree, selection, errors, patches }
     }
 
     fn hits(&self, ray: &LatticeRay) -> Vec<TerrainHit> {
         let surface = CoarseSurface {
             field: &self.field,
-            pyramid: &self.pyramid,
+            fans: &self.fans,
             tree: &self.tree,
             selection: &self.selection,
             errors: &self.errors,
         };
         let mut hits = Vec::new();
-        surface.intersect(ray, &mut |hit| {
+        surface.intersect(ray, |hit| {
             hits.push(hit);
             true
         });

@@ -21,8 +21,8 @@ use seamount::node::HitDetail;
 use seamount::prelude::*;
 use seamount::terrain::pick::LatticeRay;
 use seamount::terrain::{
-    DrawnHit, DrawnPick, DrawnSurface, DrawnTriangle, Full, HeightField, Hierarchy, LodEye, MinMaxPyramid, Parts,
-    Precision, Resolutions, Selection, TileErrors, Voids, generate,
+    DrawnHit, DrawnPick, DrawnSurface, DrawnTriangle, Full, HeightField, Hierarchy, LodEye, MinMaxPyramid, MorphErrors,
+    Parts, Precision, Resolutions, Selection, TileErrors, Voids, generate,
 };
 
 struct Land {
@@ -32,6 +32,7 @@ struct Land {
     parts: Parts,
     selection: Selection,
     errors: TileErrors,
+    morph_errors: MorphErrors,
 }
 
 impl Land {
@@ -40,7 +41,21 @@ impl Land {
         let parts = Parts::new(resolutions);
         let selection = precision.map_or_else(|| Selection::of(&tree, &Full), |metric| Selection::of(&tree, &metric));
         let errors = TileErrors::new(&field, &tree, &parts);
-        Self { pyramid: MinMaxPyramid::new(&field), field, tree, parts, selection, errors }
+        let morph_errors = MorphErrors::new(&field, &tree, &parts);
+        Self { pyramid: MinMaxPyramid::new(&field), field, tree, parts, selection, errors, morph_errors }
+    }
+
+    /// The same with heights that blend between levels.
+    fn morphing(mut self, metric: &Precision) -> Self {
+        self.selection.update_morphing(&self.tree, metric);
+        self
+    }
+
+    fn error(&self, hit: &DrawnHit) -> f64 {
+        match self.selection.weights(&self.tree, hit.patch.id) {
+            Some(weights) => hit.error_morphing(&self.tree, &weights, &self.morph_errors),
+            None => hit.error(&self.tree, || &self.errors),
+        }
     }
 
     fn drawn(&self) -> DrawnSurface<'_> {
@@ -73,13 +88,20 @@ fn lands() -> Vec<Land> {
             v: rng.range(0.0, f64::from(size)),
             height: rng.range(0.0, 40.0),
         };
-        lands.push(Land::new(field, Resolutions::new(min, count).unwrap(), Some(Precision { precision, eye })));
+        let (resolutions, metric) = (Resolutions::new(min, count).unwrap(), Precision { precision, eye });
+        if count == 2 {
+            let again = generate(size, u64::from(size)).unwrap();
+            lands.push(Land::new(again, resolutions, None).morphing(&metric));
+        }
+        lands.push(Land::new(field, resolutions, Some(metric)));
     }
     // Not square, crossing the border of the patches, with noise from sample to sample; floats of all sizes.
-    let noise = (0..83 * 41).map(|_| (rng.bits() >> 48) as u16).collect();
-    let noise = HeightField::from_u16(83, 41, noise, Voids::default()).unwrap();
+    let samples: Vec<u16> = (0..83 * 41).map(|_| (rng.bits() >> 48) as u16).collect();
+    let noise = HeightField::from_u16(83, 41, samples.clone(), Voids::default()).unwrap();
     let eye = LodEye::Point { u: 10.0, v: 30.0, height: 3.0 };
     let metric = Precision { precision: 1.5, eye };
+    let morphing = HeightField::from_u16(83, 41, samples, Voids::default()).unwrap();
+    lands.push(Land::new(morphing, Resolutions::new(4, 2).unwrap(), None).morphing(&metric));
     lands.push(Land::new(noise, Resolutions::new(2, 3).unwrap(), Some(metric)));
     let wild = (0..31 * 23).map(|_| (rng.range(-1.0, 1.0) * 2f64.powi(rng.below(60) as i32 - 30)) as f32).collect();
     lands.push(Land::new(
@@ -177,8 +199,15 @@ fn meets(ray: &LatticeRay, triangle: &DrawnTriangle) -> Option<(f64, f64)> {
     }
     let s = ray.origin - a;
     let q = s.cross(e1);
-    let (u, v) = (s.dot(p) / det, ray.direction.dot(q) / det);
-    Some((e2.dot(q) / det, u.min(v).min(1.0 - u - v)))
+    let t = e2.dot(q) / det;
+    let (mut u, mut v) = (s.dot(p) / det, ray.direction.dot(q) / det);
+    let area = e1.truncate().perp_dot(e2.truncate());
+    if area != 0.0 {
+        // Seen from above heights of very unequal size do not spoil the weights.
+        let place = (s + ray.direction * t).truncate();
+        (u, v) = (place.perp_dot(e2.truncate()) / area, e1.truncate().perp_dot(place) / area);
+    }
+    Some((t, u.min(v).min(1.0 - u - v)))
 }
 
 /// Every hit is one of brute force, and every one of brute force is hit, in order and with alternating signs.
@@ -265,7 +294,7 @@ fn hits_carry_a_true_bound() {
                     let p = hit.point;
                     let surface = land.field.surface(p.x.clamp(0.0, cu), p.y.clamp(0.0, cv)).unwrap();
                     let off = (surface - p.z).abs();
-                    let error = hit.error(&land.tree, || &land.errors);
+                    let error = land.error(&hit);
                     assert!(off <= error, "{off} is beyond {error}: {hit:?}");
                     if error > 10.0 * hit.rounding {
                         closest = closest.max(off / error);

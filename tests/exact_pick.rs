@@ -1023,3 +1023,75 @@ fn steps_are_bounded() {
     }
     assert!(fullest > 0.4, "{fullest}");
 }
+
+/// A map that stands far from the origin is picked as one that stands there: the same hits at the same parameters, bit for
+/// bit, for the ray that is left when the offset is taken away. Those are judged above. What rounding has done to the ray's
+/// origin before is not the pick's: a world of 10⁷ is known to 2⁻³⁰.
+#[test]
+fn maps_far_from_the_origin_are_picked_as_near_ones() {
+    use seamount::action::Surface;
+    use seamount::prelude::*;
+
+    let count = soak_rays().unwrap_or(400);
+    let offsets = [
+        DVec3::new(148_376.0, 1234.0, -223_423.0),
+        DVec3::new(1e7, 0.0, 0.0),
+        DVec3::new(0.0, 1e7, 0.0),
+        DVec3::new(0.0, 0.0, 1e7),
+        DVec3::new(-1e7, 1e7, -1e7),
+    ];
+    for name in ["andes.png", "fuji.png", "jacksboro.png", "puget.png", "walls.png"] {
+        let void = (name == "fuji.png").then_some(0.0);
+        let map = scene(name, void);
+        let image = std::sync::Arc::new(
+            Image::open(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)).unwrap(),
+        );
+        let [cu, cv] = map.cells();
+        let place = |offset: DVec3| {
+            let mut scene = Scene::new();
+            let root = scene.root();
+            scene.add(root, Transform { translation: offset, ..Transform::default() }).unwrap();
+            scene.add(root, Texture2::from_image(std::sync::Arc::clone(&image))).unwrap();
+            // A cell is 1, a step of height too: world coordinates are those of the lattice, turned to the north.
+            let size = Some(DVec2::new(cu, cv));
+            let terrain =
+                SeamlessTerrain { size, max_height: 65_535.0, void_sample: void, ..SeamlessTerrain::default() };
+            scene.add(root, terrain).unwrap();
+            scene
+        };
+        let action = RayPickAction { surface: Surface::Exact, ..RayPickAction::pixel(0, 0, [64, 48]) };
+        let near = place(DVec3::ZERO);
+        let near = action.picker(&near).unwrap();
+        for offset in offsets {
+            let far = place(offset);
+            let far = action.picker(&far).unwrap();
+            for class in CLASSES {
+                let hits: u64 = (0..count.div_ceil(500))
+                    .into_par_iter()
+                    .map(|part| {
+                        let mut rng = Rng(part * 77 + class as u64);
+                        let mut hits = 0;
+                        for _ in 0..500.min(count - part * 500) {
+                            let LatticeRay { origin, direction, .. } = ray_of(class, &map, &mut rng);
+                            let origin = DVec3::new(origin.x, cv - origin.y, origin.z) + offset;
+                            let direction = DVec3::new(direction.x, -direction.y, direction.z);
+                            let there = Ray::new(origin, direction).unwrap();
+                            let here = Ray { origin: there.origin - offset, ..there };
+                            let (there, here) = (far.pick(&there, true).unwrap(), near.pick(&here, true).unwrap());
+                            let t = |hits: &[PickedPoint]| hits.iter().map(|h| h.distance).collect::<Vec<_>>();
+                            assert_eq!(t(&there), t(&here), "{name} {class:?} {offset}: {origin} {direction}");
+                            for (there, here) in there.iter().zip(&here) {
+                                assert_eq!(there.object_point, here.object_point);
+                                assert_eq!((there.normal, there.detail), (here.normal, here.detail));
+                                assert_eq!(there.point, here.point + offset);
+                            }
+                            hits += here.len() as u64;
+                        }
+                        hits
+                    })
+                    .sum();
+                assert!(hits > 0, "{name} {class:?}");
+            }
+        }
+    }
+}

@@ -16,7 +16,7 @@ use glam::{DAffine3, DVec3};
 use seamount::action::{Geometry, Lens, TerrainDraw, Viewpoint};
 use seamount::node::{HitDetail, lattice_view};
 use seamount::prelude::*;
-use seamount::terrain::pick::{CoarseSurface, LatticeRay};
+use seamount::terrain::pick::{CoarseSurface, FanTree, LatticeRay};
 use seamount::terrain::{
     Detail, DrawnSurface, ExactHit, ExactSurface, HeightField, Instances, LatticeFrame, LatticeView, LodEye,
     MinMaxPyramid, PatchTree, Resolutions, Selection, Terrain, Voids,
@@ -485,10 +485,12 @@ fn coarse_picks_are_those_of_the_lids_and_the_ground_where_there_is_ground() {
             let selection: Arc<Selection> = tree.select(&land.holes, &detail(&mut rng, field));
             let pick = |terrain: &Terrain, tree: &PatchTree, ray: &LatticeRay| {
                 let errors = tree.fan_errors(terrain.field());
-                let (field, pyramid) = (terrain.field(), terrain.pyramid());
-                let surface = CoarseSurface { field, pyramid, tree: tree.hierarchy(), selection: &selection, errors };
+                let field = terrain.field();
+                let fans = FanTree::new(field, tree.hierarchy(), &selection);
+                let surface =
+                    CoarseSurface { field, fans: &fans, tree: tree.hierarchy(), selection: &selection, errors };
                 let mut hits = Vec::new();
-                surface.intersect(ray, &mut |hit| {
+                surface.intersect(ray, |hit| {
                     hits.push(hit);
                     true
                 });

@@ -588,12 +588,12 @@ impl ShapeNode for SeamlessTerrain {
                 let selection = self.selection(cx, &placed)?;
                 let surface = CoarseSurface {
                     field,
-                    pyramid,
                     tree: placed.tree.hierarchy(),
                     selection: &selection,
+                    fans: &placed.tree.fans(field, &selection),
                     errors: placed.tree.fan_errors(field),
                 };
-                surface.intersect(&lattice, &mut |hit| {
+                surface.intersect(&lattice, |hit| {
                     hits.push(placed.coarse_hit(&hit));
                     !first
                 });

@@ -1,7 +1,7 @@
 //! A map with everything that is derived from it, each made on first need and kept.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ use super::height_field::{HeightField, SampleRect, Samples, Voids};
 use super::hierarchy::Hierarchy;
 use super::morph::{MorphErrors, MorphPixelError};
 use super::parts::{Parts, Resolutions};
-use super::pick::FanErrors;
+use super::pick::{FanErrors, FanTree};
 use super::pixel_error::{LatticeView, PixelError};
 use super::pyramid::MinMaxPyramid;
 use super::selection::{Full, LodEye, Precision, Selection};
@@ -163,6 +163,8 @@ pub struct PatchTree {
     morph_errors: OnceLock<MorphErrors>,
     holed: OnceLock<Vec<bool>>,
     recent: Mutex<Vec<(Detail, Arc<Selection>)>>,
+    /// Selections are not kept alive by their fans.
+    fans: Mutex<Vec<(Weak<Selection>, Arc<FanTree>)>>,
 }
 
 impl PatchTree {
@@ -177,6 +179,7 @@ impl PatchTree {
             morph_errors: OnceLock::new(),
             holed: OnceLock::new(),
             recent: Mutex::default(),
+            fans: Mutex::default(),
         }
     }
 
@@ -191,6 +194,7 @@ impl PatchTree {
             morph_errors: OnceLock::new(),
             holed: OnceLock::new(),
             recent: Mutex::default(),
+            fans: Mutex::default(),
         };
         if let Some(errors) = edited.fan_errors.get_mut() {
             errors.update(field, &edited.hierarchy, changed);
@@ -246,6 +250,23 @@ impl PatchTree {
                 None => errors,
             }
         })
+    }
+
+    /// The fans of a selection of this tree, made on first call for each of the last few selections; `field` is the one that
+    /// the tree belongs to.
+    pub fn fans(&self, field: &HeightField, selection: &Arc<Selection>) -> Arc<FanTree> {
+        let mut kept = self.fans.lock().unwrap_or_else(PoisonError::into_inner);
+        let this = Arc::as_ptr(selection);
+        if let Some((_, fans)) = kept.iter().rev().find(|(of, _)| of.as_ptr() == this && of.strong_count() > 0) {
+            return Arc::clone(fans);
+        }
+        kept.retain(|(of, _)| of.strong_count() > 0);
+        if kept.len() >= RECENT {
+            kept.remove(0);
+        }
+        let fans = Arc::new(FanTree::new(field, &self.hierarchy, selection));
+        kept.push((Arc::downgrade(selection), Arc::clone(&fans)));
+        fans
     }
 
     /// The active patches for this detail. The same detail gives the same selection without work; `terrain` is the one that

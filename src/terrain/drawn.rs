@@ -74,8 +74,8 @@ impl<'t> DrawnSurface<'t> {
         let (step, last) = (tree.step(patch.id.level), tree.resolutions().max());
         parts_of(patch.sides).into_iter().flat_map(move |part| {
             // Clamping to the map is monotone: a clamped box contains its clamped triangles.
-            let groups = parts.groups(part).filter(move |(corners, _)| wanted(place(tree, patch.id, *corners)));
-            groups.flat_map(|(_, triangles)| triangles).filter_map(move |triangle| {
+            let groups = parts.groups(part, move |corners| wanted(place(tree, patch.id, corners)));
+            groups.flatten().filter_map(move |triangle| {
                 let corners = place(tree, patch.id, *triangle);
                 if corners.iter().any(|&[u, v]| field.is_hole(u, v)) {
                     return None;

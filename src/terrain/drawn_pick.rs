@@ -247,6 +247,14 @@ fn border(triangle: &DrawnTriangle, [cu, cv]: [u32; 2]) -> Option<Side> {
         .map(|(side, ..)| side)
 }
 
+/// A range that holds all heights in a box of the lattice: that of the smallest block of the tree around it.
+fn range(pyramid: &MinMaxPyramid, [[u0, v0], [u1, v1]]: [[u32; 2]; 2]) -> [f64; 2] {
+    // Cells, not lines: the line at its end belongs to the block as well.
+    let differing = (u0 ^ u1.saturating_sub(1).max(u0)) | (v0 ^ v1.saturating_sub(1).max(v0));
+    let bits = (u32::BITS - differing.leading_zeros()).max(MinMaxPyramid::BASE.trailing_zeros());
+    pyramid.range(1 << bits, u0 >> bits, v0 >> bits)
+}
+
 /// A crossing that waits for those of the same patch.
 #[derive(Debug, Clone, Copy)]
 struct Pending {
@@ -314,7 +322,17 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
     fn triangles(&mut self, patch: ActivePatch) -> bool {
         let line = self.line;
         let drawn = self.pick.drawn;
-        for triangle in drawn.triangles_where(patch, |group| line.meets(group)) {
+        let pyramid = self.pick.pyramid;
+        // Heights that blend are means of samples up to a step away.
+        let around = if drawn.selection.morphs() { drawn.tree.step(patch.id.level) } else { 0 };
+        let cells = drawn.tree.cells();
+        let may_meet = |group: [[u32; 2]; 2]| {
+            let [[u0, v0], [u1, v1]] = group;
+            let low = [u0.saturating_sub(around), v0.saturating_sub(around)];
+            let samples = [low, [(u1 + around).min(cells[0]), (v1 + around).min(cells[1])]];
+            line.meets(group) && line.clear_of(range(pyramid, samples), line.within(group)) == 0
+        };
+        for triangle in drawn.triangles_where(patch, may_meet) {
             let positive = triangle.corners.map(|corner| line.side(corner.map(f64::from)) >= 0.0);
             let [p, q, r] = positive;
             if p == q && q == r {

@@ -27,6 +27,8 @@ const STEEPEST: f64 = 1e200;
 pub(super) struct Line {
     pub origin: DVec3,
     pub direction: DVec3,
+    /// 1 / `direction`, for bounds.
+    inverse: DVec3,
     /// Part of the parameter's range over the map.
     pub near: f64,
     /// See `near`.
@@ -87,6 +89,7 @@ impl Line {
         let mut line = Line {
             origin: o,
             direction: d,
+            inverse: DVec3::ONE / d,
             near: scaled(ray.near),
             far: scaled(ray.far),
             margin: 0.0,
@@ -134,11 +137,11 @@ impl Line {
     /// Parameters between which the line is in a box, within the ray's range; empty if the first is larger.
     #[inline(always)]
     pub(super) fn within(&self, [low, high]: [[u32; 2]; 2]) -> [f64; 2] {
-        let (o, d) = (self.origin, self.direction);
+        let (o, inverse) = (self.origin, self.inverse);
         let (mut enter, mut leave) = (self.near, self.far);
-        for (o, d, low, high) in [(o.x, d.x, low[0], high[0]), (o.y, d.y, low[1], high[1])] {
-            if d != 0.0 {
-                let (a, b) = ((f64::from(low) - o) / d, (f64::from(high) - o) / d);
+        for (o, inverse, low, high) in [(o.x, inverse.x, low[0], high[0]), (o.y, inverse.y, low[1], high[1])] {
+            if inverse.is_finite() {
+                let (a, b) = ((f64::from(low) - o) * inverse, (f64::from(high) - o) * inverse);
                 enter = enter.max(a.min(b));
                 leave = leave.min(a.max(b));
             }

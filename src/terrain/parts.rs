@@ -193,8 +193,8 @@ pub struct Parts {
     triangles: Vec<[UnitVertex; 3]>,
     /// Range of `triangles` per part, by [`Parts::index`].
     ranges: Vec<Range<u32>>,
-    /// Boxes of the groups of each part, by [`Parts::index`].
-    groups: Vec<Vec<[UnitVertex; 2]>>,
+    /// Boxes of the groups of each part, by [`Parts::index`]: of GROUP² triangles, then of GROUP.
+    groups: Vec<[Vec<[UnitVertex; 2]>; 2]>,
 }
 
 /// Triangles of a part that have a box in common: about two rows of the default tile.
@@ -226,7 +226,7 @@ impl Parts {
         make(&mut self.triangles);
         self.ranges.push(start..self.triangles.len() as u32);
         let made = self.triangles.get(start as usize..).unwrap_or(&[]);
-        self.groups.push(made.chunks(GROUP).map(box_of).collect());
+        self.groups.push([GROUP * GROUP, GROUP].map(|size| made.chunks(size).map(box_of).collect()));
     }
 
     /// The resolutions the parts were made for.
@@ -277,11 +277,20 @@ impl Parts {
         self.triangles.get(range.start as usize..range.end as usize).unwrap_or(&[])
     }
 
-    /// The triangles of one part in groups that lie together, each with its box: what does not meet a box meets none of
-    /// its triangles.
-    pub fn groups(&self, part: Part) -> impl Iterator<Item = ([UnitVertex; 2], &[[UnitVertex; 3]])> {
-        let boxes = self.groups.get(self.index(part)).map_or(&[][..], Vec::as_slice);
-        boxes.iter().copied().zip(self.triangles(part).chunks(GROUP))
+    /// The triangles of one part in groups that lie together, without those in boxes that are not wanted: `wanted` is asked
+    /// about a large box first, then about those in it.
+    pub fn groups<W>(&self, part: Part, wanted: W) -> impl Iterator<Item = &[[UnitVertex; 3]]>
+    where
+        W: Fn([UnitVertex; 2]) -> bool + Copy,
+    {
+        let [large, small] =
+            self.groups.get(self.index(part)).map_or([&[][..]; 2], |g| g.each_ref().map(Vec::as_slice));
+        let pieces = self.triangles(part).chunks(GROUP * GROUP).zip(small.chunks(GROUP));
+        let pieces = large.iter().zip(pieces).filter(move |(bounds, _)| wanted(**bounds));
+        pieces.flat_map(move |(_, (triangles, boxes))| {
+            let groups = boxes.iter().zip(triangles.chunks(GROUP)).filter(move |(bounds, _)| wanted(**bounds));
+            groups.map(|(_, triangles)| triangles)
+        })
     }
 }
 

@@ -30,7 +30,6 @@ use super::errors::{round_up, triangle_error};
 use super::height_field::{HeightField, SampleRect};
 use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::Side;
-use super::pyramid::MinMaxPyramid;
 use super::selection::Selection;
 
 /// A place where a ray meets a terrain, in lattice coordinates.
@@ -200,6 +199,86 @@ pub fn fan_error(field: &HeightField, tree: &Hierarchy, patch: PatchId) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// The fans of a selection, compact: what a coarse pick walks through. Made once for a selection, shared by all its picks.
+///
+/// A node for each active patch, with the five heights of its fan, and for each split one, with the range of the fans below.
+/// That range is much tighter than that of the ground: most patches are passed without a look at their fan. Heights are
+/// samples, which f32 holds exactly. 32 bytes a node.
+#[derive(Debug)]
+pub struct FanTree {
+    /// The roots, row by row, then blocks of children, row by row.
+    nodes: Vec<FanNode>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct FanNode {
+    low: f32,
+    high: f32,
+    /// Corners north-west, north-east, south-east, south-west, and the centre; of an active patch.
+    heights: [f32; 5],
+    /// The first of the children, 0 for an active patch.
+    children: u32,
+}
+
+/// Where nothing is known nothing is passed.
+const UNKNOWN: FanNode = FanNode { low: f32::NEG_INFINITY, high: f32::INFINITY, heights: [0.0; 5], children: 0 };
+
+impl FanTree {
+    /// The fans of the active patches.
+    #[must_use]
+    pub fn new(field: &HeightField, tree: &Hierarchy, selection: &Selection) -> Self {
+        let roots = tree.roots().count();
+        let mut fans = Self { nodes: vec![UNKNOWN; roots] };
+        for (at, root) in tree.roots().enumerate() {
+            fans.add(field, tree, selection, at, root);
+        }
+        fans
+    }
+
+    /// Fills in the node of a patch and those below it.
+    fn add(
+        &mut self,
+        field: &HeightField,
+        tree: &Hierarchy,
+        selection: &Selection,
+        at: usize,
+        patch: PatchId,
+    ) -> [f32; 2] {
+        let mut made = UNKNOWN;
+        let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+        let mut join = |[low, high]: [f32; 2]| range = [range[0].min(low), range[1].max(high)];
+        if selection.is_split(tree, patch) {
+            let first = self.nodes.len();
+            made.children = u32::try_from(first).unwrap_or(0);
+            self.nodes.resize(first + tree.children(patch).count(), UNKNOWN);
+            for (child, at) in tree.children(patch).zip(first..) {
+                join(self.add(field, tree, selection, at, child));
+            }
+        } else {
+            let fan = Fan::new(field, tree, patch);
+            let [a, b, c, d] = fan.corners.map(|p| p.z as f32);
+            made.heights = [a, b, c, d, fan.center.z as f32];
+            made.heights.iter().for_each(|&height| join([height; 2]));
+        }
+        [made.low, made.high] = range;
+        if let Some(node) = self.nodes.get_mut(at) {
+            *node = made;
+        }
+        range
+    }
+
+    #[inline(always)]
+    fn node(&self, at: usize) -> &FanNode {
+        self.nodes.get(at).unwrap_or(&UNKNOWN)
+    }
+
+    /// Bytes that the nodes occupy.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice())
+    }
+}
+
 /// A ray in lattice coordinates with the range of its parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LatticeRay {
@@ -217,25 +296,6 @@ impl LatticeRay {
     fn at(&self, t: f64) -> DVec3 {
         self.origin + self.direction * t
     }
-
-    /// The part of the parameter range over the map, `None` if there is none.
-    fn clipped(&self, cells: [u32; 2]) -> Option<(f64, f64)> {
-        let (mut near, mut far) = (self.near, self.far);
-        for (o, d, cells) in [(self.origin.x, self.direction.x, cells[0]), (self.origin.y, self.direction.y, cells[1])]
-        {
-            let last = f64::from(cells);
-            if d == 0.0 {
-                if !(0.0..=last).contains(&o) {
-                    return None;
-                }
-            } else {
-                let (a, b) = ((0.0 - o) / d, (last - o) / d);
-                near = near.max(a.min(b));
-                far = far.min(a.max(b));
-            }
-        }
-        (near <= far).then_some((near, far))
-    }
 }
 
 /// What a pick on the coarse surface needs.
@@ -243,74 +303,113 @@ impl LatticeRay {
 pub struct CoarseSurface<'t> {
     /// The heights.
     pub field: &'t HeightField,
-    /// Their min/max tree.
-    pub pyramid: &'t MinMaxPyramid,
     /// The patches.
     pub tree: &'t Hierarchy,
     /// Which of them are active.
     pub selection: &'t Selection,
+    /// The fans of those.
+    pub fans: &'t FanTree,
     /// The error of each.
     pub errors: &'t FanErrors,
 }
 
-struct Walk<'t, 'f> {
+struct Walk<'t, F> {
     surface: CoarseSurface<'t>,
     /// Its range is clipped to the map.
     ray: LatticeRay,
+    u: Axis,
+    v: Axis,
+    /// 1 / (d_v − d_u) and 1 / (d_v + d_u), for the diagonals of patches.
+    across: [f64; 2],
     /// +1 above, −1 below, 0 not known yet.
     sign: i8,
     /// Whether f was exactly 0 at the end of the last piece, and from which t on.
     zero_since: Option<f64>,
     /// The patch of the last piece that was looked at closely.
     last: Option<PatchId>,
-    found: &'f mut dyn FnMut(TerrainHit) -> bool,
+    found: F,
 }
 
 impl CoarseSurface<'_> {
     /// Calls `found` with the crossings of the ray with the surface, in order of t, each once, until it returns `false`.
-    pub fn intersect(&self, ray: &LatticeRay, found: &mut dyn FnMut(TerrainHit) -> bool) {
-        let Some((near, far)) = ray.clipped(self.tree.cells()) else {
+    pub fn intersect(&self, ray: &LatticeRay, found: impl FnMut(TerrainHit) -> bool) {
+        let [cu, cv] = self.tree.cells();
+        let (o, d) = (ray.origin, ray.direction);
+        let (u, v) = (Axis::new(o.x, d.x), Axis::new(o.y, d.y));
+        let mut ray = *ray;
+        for (axis, cells) in [(u, cu), (v, cv)] {
+            let Some([near, far]) = axis.range(cells) else { return };
+            ray.near = ray.near.max(near);
+            ray.far = ray.far.min(far);
+        }
+        if ray.near > ray.far || ray.near.is_nan() || ray.far.is_nan() {
             return;
-        };
-        let ray = LatticeRay { near, far, ..*ray };
-        let mut walk = Walk { surface: *self, ray, sign: 0, zero_since: None, last: None, found };
-        let [columns, rows] = self.tree.grid(0);
-        walk.grid(0, [0, 0], [columns, rows], near, far);
+        }
+        let across = [1.0 / (d.y - d.x), 1.0 / (d.y + d.x)];
+        let mut walk = Walk { surface: *self, ray, u, v, across, sign: 0, zero_since: None, last: None, found };
+        if d.x == 0.0 && d.y == 0.0 {
+            walk.vertical();
+        } else {
+            let range = [ray.near, ray.far];
+            walk.grid(0, [0, 0], self.tree.grid(0), 0, range);
+        }
     }
 }
 
-/// The blocks of one axis along a ray: lines at k · size.
+/// 1 / 2^k for a power of two, exactly and without a division.
+#[inline(always)]
+fn inverse_power(power: u32) -> f64 {
+    f64::from_bits(u64::from(1023 - power.trailing_zeros()) << 52)
+}
+
+/// One axis along a ray, with lines at k · size.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
     origin: f64,
     direction: f64,
-    size: f64,
-    first: u32,
-    last: u32,
+    /// 1 / direction.
+    inverse: f64,
 }
 
 impl Axis {
-    /// Parameter at which the ray crosses line k. The same bits for all who ask.
-    fn line(&self, k: u32) -> f64 {
-        (f64::from(k) * self.size - self.origin) / self.direction
+    fn new(origin: f64, direction: f64) -> Self {
+        Self { origin, direction, inverse: 1.0 / direction }
+    }
+
+    /// Parameter at which the ray crosses a line. The same bits for all who ask.
+    #[inline(always)]
+    fn line(&self, at: f64) -> f64 {
+        (at - self.origin) * self.inverse
+    }
+
+    /// Parameters at which the ray enters and leaves the map, `None` beside it.
+    fn range(&self, cells: u32) -> Option<[f64; 2]> {
+        let last = f64::from(cells);
+        if self.direction == 0.0 {
+            return (0.0..=last).contains(&self.origin).then_some([f64::NEG_INFINITY, f64::INFINITY]);
+        }
+        let (a, b) = (self.line(0.0), self.line(last));
+        Some([a.min(b), a.max(b)])
     }
 
     /// The block of `first..last` in which the ray is at `t`, by the same comparisons that stepping uses.
-    fn block(&self, t: f64) -> u32 {
-        let guess = ((self.origin + self.direction * t) / self.size).floor();
-        let mut k = (guess.max(0.0) as u32).clamp(self.first, self.last - 1);
+    #[inline(always)]
+    fn block(&self, t: f64, size: f64, inverse: f64, first: u32, last: u32) -> u32 {
+        let guess = (self.origin + self.direction * t) * inverse;
+        let mut k = (guess.max(0.0) as u32).clamp(first, last - 1);
+        let line = |k: u32| self.line(f64::from(k) * size);
         if self.direction > 0.0 {
-            while k > self.first && self.line(k) > t {
+            while k > first && line(k) > t {
                 k -= 1;
             }
-            while k + 1 < self.last && self.line(k + 1) <= t {
+            while k + 1 < last && line(k + 1) <= t {
                 k += 1;
             }
         } else if self.direction < 0.0 {
-            while k + 1 < self.last && self.line(k + 1) > t {
+            while k + 1 < last && line(k + 1) > t {
                 k += 1;
             }
-            while k > self.first && self.line(k) <= t {
+            while k > first && line(k) <= t {
                 k -= 1;
             }
         }
@@ -318,102 +417,148 @@ impl Axis {
     }
 
     /// Where the ray leaves block k; infinity along lines.
-    fn leaves(&self, k: u32) -> f64 {
-        match self.direction {
-            d if d > 0.0 => self.line(k + 1),
-            d if d < 0.0 => self.line(k),
-            _ => f64::INFINITY,
+    #[inline(always)]
+    fn leaves(&self, k: u32, size: f64) -> f64 {
+        if self.direction == 0.0 {
+            return f64::INFINITY;
         }
+        self.line(f64::from(k + u32::from(self.direction > 0.0)) * size)
     }
 
-    /// The next block, `None` past the end.
-    fn next(&self, k: u32) -> Option<u32> {
-        let next = if self.direction > 0.0 { k + 1 } else { k.checked_sub(1)? };
-        (self.first..self.last).contains(&next).then_some(next)
+    /// The next block; one that is not in any grid past the end.
+    #[inline(always)]
+    fn next(&self, k: u32) -> u32 {
+        if self.direction > 0.0 { k + 1 } else { k.wrapping_sub(1) }
     }
 }
 
-impl Walk<'_, '_> {
-    /// Walks the blocks `first..last` of a level between two parameters. `false` when nothing more is wanted.
-    fn grid(&mut self, level: u8, first: [u32; 2], last: [u32; 2], near: f64, far: f64) -> bool {
-        let size = f64::from(self.surface.tree.size(level));
-        let (o, d) = (self.ray.origin, self.ray.direction);
-        let u = Axis { origin: o.x, direction: d.x, size, first: first[0], last: last[0] };
-        let v = Axis { origin: o.y, direction: d.y, size, first: first[1], last: last[1] };
-        let (mut column, mut row) = (u.block(near), v.block(near));
-        let mut t = near;
+impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
+    /// Walks the blocks `first..last` of a level between two parameters; their nodes start at `base`. `false` when nothing
+    /// more is wanted.
+    fn grid(&mut self, level: u8, first: [u32; 2], last: [u32; 2], base: usize, [near, far]: [f64; 2]) -> bool {
+        let cells = self.surface.tree.size(level);
+        let (size, inverse) = (f64::from(cells), inverse_power(cells));
+        let (u, v) = (self.u, self.v);
+        let mut column = u.block(near, size, inverse, first[0], last[0]);
+        let mut row = v.block(near, size, inverse, first[1], last[1]);
+        let width = last[0] - first[0];
+        let (mut leave_u, mut leave_v) = (u.leaves(column, size), v.leaves(row, size));
+        let (mut t, mut z) = (near, self.height_along(near));
         // Each step goes on by one column or one row.
-        for _ in 0..=(last[0] - first[0]) + (last[1] - first[1]) {
-            let (leave_u, leave_v) = (u.leaves(column), v.leaves(row));
+        for _ in 0..=width + (last[1] - first[1]) {
             let leave = leave_u.min(leave_v).min(far).max(t);
-            if !self.patch(PatchId { level, column, row }, t, leave) {
+            let z_leave = self.height_along(leave);
+            let fans = self.surface.fans;
+            let node = fans.node(base + ((row - first[1]) * width + column - first[0]) as usize);
+            let clear =
+                i8::from(z.min(z_leave) > f64::from(node.high)) - i8::from(z.max(z_leave) < f64::from(node.low));
+            if clear != 0 && (self.sign == 0 || self.sign == clear) {
+                self.sign = clear;
+                self.zero_since = None;
+                self.last = None;
+            } else if !self.closer(PatchId { level, column, row }, node, [t, leave]) {
+                // Also where a block is clear, but on the other side: so that the hit at its border gets its patch.
                 return false;
             }
-            t = leave;
+            (t, z) = (leave, z_leave);
             if t >= far {
                 return true;
             }
-            let next =
-                if leave_u <= leave_v { u.next(column).map(|c| (c, row)) } else { v.next(row).map(|r| (column, r)) };
-            match next {
-                Some((c, r)) => (column, row) = (c, r),
+            if leave_u <= leave_v {
+                column = u.next(column);
                 // Rounding of the clip may leave a rest beyond the last line.
-                None => return true,
+                if column.wrapping_sub(first[0]) >= width {
+                    return true;
+                }
+                leave_u = u.leaves(column, size);
+            } else {
+                row = v.next(row);
+                if row.wrapping_sub(first[1]) >= last[1] - first[1] {
+                    return true;
+                }
+                leave_v = v.leaves(row, size);
             }
         }
         debug_assert!(false, "a walk over a grid takes at most columns + rows steps");
         true
     }
 
-    fn patch(&mut self, patch: PatchId, near: f64, far: f64) -> bool {
-        let CoarseSurface { pyramid, tree, selection, .. } = self.surface;
-        let [low, high] = pyramid.range(tree.size(patch.level), patch.column, patch.row);
-        // An infinite far end belongs to a vertical ray.
-        let height = |t: f64| {
-            if t.is_finite() { self.ray.at(t).z } else { self.ray.direction.z * f64::INFINITY }
-        };
-        let (a, b) = (height(near), height(far));
-        if a.min(b) > high {
-            return self.skip(patch, near, far, 1);
-        }
-        if a.max(b) < low {
-            return self.skip(patch, near, far, -1);
-        }
-        if selection.is_split(tree, patch) {
-            let r = tree.resolutions().branching();
-            let [columns, rows] = tree.grid(patch.level + 1);
-            let first = [patch.column * r, patch.row * r];
-            let last = [(first[0] + r).min(columns), (first[1] + r).min(rows)];
-            return self.grid(patch.level + 1, first, last, near, far);
-        }
-        self.fan(patch, near, far)
+    #[inline(always)]
+    fn height_along(&self, t: f64) -> f64 {
+        self.ray.origin.z + self.ray.direction.z * t
     }
 
-    /// A block that the ray passes wholly above or below.
-    fn skip(&mut self, patch: PatchId, near: f64, far: f64, sign: i8) -> bool {
-        if self.sign == 0 || self.sign == sign {
-            self.sign = sign;
-            self.zero_since = None;
-            self.last = None;
-            return true;
+    fn closer(&mut self, patch: PatchId, node: &FanNode, range: [f64; 2]) -> bool {
+        if node.children == 0 {
+            return self.fan(patch, node, range);
         }
-        // The sign changed at the border: look closely, so that the hit gets its patch.
-        if self.surface.selection.is_split(self.surface.tree, patch) {
-            let r = self.surface.tree.resolutions().branching();
-            let [columns, rows] = self.surface.tree.grid(patch.level + 1);
-            let first = [patch.column * r, patch.row * r];
-            let last = [(first[0] + r).min(columns), (first[1] + r).min(rows)];
-            return self.grid(patch.level + 1, first, last, near, far);
-        }
-        self.fan(patch, near, far)
+        let tree = self.surface.tree;
+        let r = tree.resolutions().branching();
+        let [columns, rows] = tree.grid(patch.level + 1);
+        let first = [patch.column * r, patch.row * r];
+        let last = [(first[0] + r).min(columns), (first[1] + r).min(rows)];
+        self.grid(patch.level + 1, first, last, node.children as usize, range)
     }
 
-    fn fan(&mut self, patch: PatchId, near: f64, far: f64) -> bool {
+    fn fan(&mut self, patch: PatchId, node: &FanNode, [near, far]: [f64; 2]) -> bool {
+        let tree = self.surface.tree;
+        let size = tree.size(patch.level);
+        let [u0, v0] = tree.origin(patch);
+        let [cells_u, cells_v] = tree.cells();
+        if u0 + size > cells_u || v0 + size > cells_v {
+            return self.clamped_fan(patch, [near, far]);
+        }
+        // The centre is the middle: the spokes lie on the two diagonals.
+        let half = f64::from(size) * 0.5;
+        let (o, d) = (self.ray.origin, self.ray.direction);
+        let (ou, ov) = (o.x - (f64::from(u0) + half), o.y - (f64::from(v0) + half));
+        let cut = |t: f64| if t > near && t < far { t } else { far };
+        let (a, b) = (cut((ou - ov) * self.across[0]), cut(-(ou + ov) * self.across[1]));
+        let [nw, ne, se, sw, center] = node.heights.map(f64::from);
+        let scale = inverse_power(size);
+        let scale_half = 2.0 * scale;
+        let mut from = near;
+        for to in [a.min(b), a.max(b), far] {
+            if to <= from && to < far {
+                continue;
+            }
+            let middle = 0.5 * (from + to);
+            let (mu, mv) = (ou + d.x * middle, ov + d.y * middle);
+            // Sums of two samples and differences are exact, and so are products with powers of two.
+            let (side, gu, gv) = if mv.abs() >= mu.abs() {
+                if mv < 0.0 {
+                    (Side::North, (ne - nw) * scale, (center - 0.5 * (nw + ne)) * scale_half)
+                } else {
+                    (Side::South, (se - sw) * scale, (0.5 * (sw + se) - center) * scale_half)
+                }
+            } else if mu < 0.0 {
+                (Side::West, (center - 0.5 * (nw + sw)) * scale_half, (sw - nw) * scale)
+            } else {
+                (Side::East, (0.5 * (ne + se) - center) * scale_half, (se - ne) * scale)
+            };
+            let above = |t: f64| (o.z + d.z * t) - (center + gu * (ou + d.x * t) + gv * (ov + d.y * t));
+            let (f0, f1) = (above(from), above(to));
+            // Nearly always the ray stays on its side.
+            let sign = f64::from(self.sign);
+            let stays = f0 * sign > 0.0 && f1 * sign > 0.0;
+            if stays {
+                self.zero_since = None;
+                self.last = Some(patch);
+            } else if !self.piece(patch, side, [from, to], [f0, f1], from == near) {
+                return false;
+            }
+            if to >= far {
+                break;
+            }
+            from = to;
+        }
+        true
+    }
+
+    /// The fan of a patch that the border of the map cuts.
+    fn clamped_fan(&mut self, patch: PatchId, [near, far]: [f64; 2]) -> bool {
         let fan = Fan::new(self.surface.field, self.surface.tree, patch);
         let d = self.ray.direction;
-        if d.x == 0.0 && d.y == 0.0 {
-            return self.vertical(&fan, patch, near, far);
-        }
         // Spokes that the ray's line crosses: each corner and the centre lie on one side of the line.
         let side_of = |p: DVec3| d.x * (p.y - self.ray.origin.y) - d.y * (p.x - self.ray.origin.x);
         let center = side_of(fan.center);
@@ -443,7 +588,7 @@ impl Walk<'_, '_> {
                 p.z - fan.height(side, p.x, p.y)
             };
             let (f0, f1) = (above(from), above(to));
-            if !self.piece(&fan, patch, side, [from, to], [f0, f1], from == near) {
+            if !self.piece(patch, side, [from, to], [f0, f1], from == near) {
                 return false;
             }
             if to >= far {
@@ -455,26 +600,30 @@ impl Walk<'_, '_> {
     }
 
     /// A vertical ray meets the surface once.
-    fn vertical(&mut self, fan: &Fan, patch: PatchId, near: f64, far: f64) -> bool {
+    fn vertical(&mut self) {
+        let CoarseSurface { tree, selection, .. } = self.surface;
         let (o, d) = (self.ray.origin, self.ray.direction.z);
+        let at = |level: u8| {
+            let [columns, rows] = tree.grid(level);
+            let size = tree.size(level);
+            PatchId { level, column: (o.x as u32 / size).min(columns - 1), row: (o.y as u32 / size).min(rows - 1) }
+        };
+        let mut patch = at(0);
+        while selection.is_split(tree, patch) && patch.level < tree.depth() {
+            patch = at(patch.level + 1);
+        }
+        let fan = Fan::new(self.surface.field, tree, patch);
         let side = fan.side_at(o.x, o.y);
         let t = (fan.height(side, o.x, o.y) - o.z) / d;
-        if t >= near && t <= far {
-            return self.report(fan, patch, side, t, None, d < 0.0);
+        if t >= self.ray.near && t <= self.ray.far {
+            self.report(patch, side, t, None, d < 0.0);
         }
-        true
     }
 
     /// A piece of the ray over one triangle, with f at its ends.
-    fn piece(
-        &mut self,
-        fan: &Fan,
-        patch: PatchId,
-        side: Side,
-        [t0, t1]: [f64; 2],
-        [f0, f1]: [f64; 2],
-        enters: bool,
-    ) -> bool {
+    #[cold]
+    #[inline(never)]
+    fn piece(&mut self, patch: PatchId, side: Side, [t0, t1]: [f64; 2], [f0, f1]: [f64; 2], enters: bool) -> bool {
         for (t, f, start) in [(t0, f0, true), (t1, f1, false)] {
             if f == 0.0 {
                 // On the surface: a crossing only if the sign is another afterwards. At the ends of the ray (or of
@@ -482,7 +631,7 @@ impl Walk<'_, '_> {
                 let end = t <= self.ray.near || t >= self.ray.far;
                 if end && self.zero_since.is_none() {
                     let entering = if start { f1 < 0.0 } else { f0 > 0.0 };
-                    if !self.report(fan, patch, side, t, None, entering) {
+                    if !self.report(patch, side, t, None, entering) {
                         return false;
                     }
                     // Counted: what follows is on the other side, or leaves again.
@@ -503,7 +652,7 @@ impl Walk<'_, '_> {
                     .then(|| self.entered_side(patch, t))
                     .flatten()
                     .filter(|&side| self.unequal(patch, side));
-                if !self.report(fan, patch, side, crossing, wall, sign < 0) {
+                if !self.report(patch, side, crossing, wall, sign < 0) {
                     return false;
                 }
             }
@@ -541,8 +690,11 @@ impl Walk<'_, '_> {
         candidates.into_iter().filter(|c| c.0).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(_, _, side)| side)
     }
 
-    fn report(&mut self, fan: &Fan, patch: PatchId, side: Side, t: f64, wall: Option<Side>, entering: bool) -> bool {
+    #[cold]
+    #[inline(never)]
+    fn report(&mut self, patch: PatchId, side: Side, t: f64, wall: Option<Side>, entering: bool) -> bool {
         let tree = self.surface.tree;
+        let fan = Fan::new(self.surface.field, tree, patch);
         let mut error = self.surface.errors.get(tree, patch);
         let mut point = self.ray.at(t);
         if let Some(wall) = wall {
