@@ -253,6 +253,9 @@ pub(super) fn walk<T: Height, G: Ground, F: FnMut(ExactHit) -> bool>(
     limit - walk.left
 }
 
+/// Half a unit in the last place of 1.
+const EPSILON: f64 = f64::EPSILON / 2.0;
+
 /// The range of heights of a block that is not there: nothing is skipped for it.
 const ANYTHING: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
@@ -500,16 +503,16 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
     /// Follows f to its value at `t` over one triangle, from the value before on the same triangle.
     #[inline(always)]
     fn pass(&mut self, t: f64, f: f64, before: Option<(f64, f64)>, [column, row]: [usize; 2], upper: bool) -> bool {
-        if f == 0.0 {
-            // On the surface: a crossing only if the sign is another afterwards. It is where the ray first met the ground:
-            // not where it met a lid in one plane with it.
+        let sign = if f > 0.0 { 1 } else { -1 };
+        if f == 0.0 || sign == -self.sign && self.is_in_doubt(t, f, [column, row]) {
+            // On the surface, as far as rounding can tell: a crossing only if the sign is another afterwards. It is where the
+            // ray first met the ground: not where it met a lid in one plane with it.
             let contact = Contact { t, column, row, upper };
             if self.zero_since.is_none_or(|first| self.on_ground(&first).is_none()) {
                 self.zero_since = Some(contact);
             }
             return true;
         }
-        let sign = if f > 0.0 { 1 } else { -1 };
         let zero = self.zero_since.take();
         if sign == self.sign {
             return true;
@@ -549,10 +552,30 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
         }
     }
 
+    /// Whether f has no sign that rounding could not have given it: around a vertex, where it is computed from several lines,
+    /// it would change to and fro within the last digits.
+    #[cold]
+    #[inline(never)]
+    fn is_in_doubt(&self, t: f64, f: f64, [column, row]: [usize; 2]) -> bool {
+        let [a, b, c, d] = self.corners(column, row);
+        let height = a.abs().max(b.abs()).max(c.abs()).max(d.abs());
+        // The derivation is that of `ExactHit::error`.
+        f.abs() <= 5.0 * EPSILON * self.magnitude(t, height, [a, b, c, d])
+    }
+
+    /// The sum that rounding is in proportion to, at a point of a cell.
+    fn magnitude(&self, t: f64, height: f64, [a, b, c, d]: [f64; 4]) -> f64 {
+        let steepest = [(b - a).abs().max((d - c).abs()), (c - a).abs().max((d - b).abs())];
+        self.z.0.abs()
+            + (self.z.1 * t).abs()
+            + height.abs()
+            + steepest[0] * (self.u.origin.abs() + (self.u.direction * t).abs() + 1.0)
+            + steepest[1] * (self.v.origin.abs() + (self.v.direction * t).abs() + 1.0)
+    }
+
     #[cold]
     #[inline(never)]
     fn report(&mut self, contact: Contact, entering: bool) -> bool {
-        const EPSILON: f64 = f64::EPSILON / 2.0;
         // A lid over a hole is crossed unseen.
         let Some(([column, row], upper)) = self.on_ground(&contact) else { return true };
         let t = contact.t;
@@ -567,12 +590,7 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
             let s = s.min(r);
             ([d - c, c - a], [1.0 - r, r - s, s], a + r * (c - a) + s * (d - c))
         };
-        let steepest = [(b - a).abs().max((d - c).abs()), (c - a).abs().max((d - b).abs())];
-        let sum = self.z.0.abs()
-            + (self.z.1 * t).abs()
-            + height.abs()
-            + steepest[0] * (self.u.origin.abs() + (self.u.direction * t).abs() + 1.0)
-            + steepest[1] * (self.v.origin.abs() + (self.v.direction * t).abs() + 1.0);
+        let sum = self.magnitude(t, height, [a, b, c, d]);
         (self.found)(ExactHit {
             t: t * self.unit,
             point: DVec3::new(number(column) + s, number(row) + r, height),
