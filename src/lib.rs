@@ -66,13 +66,18 @@ pub mod prelude {
     pub use glam::{DAffine3, DQuat, DVec2, DVec3};
 
     pub use crate::action::{
-        Aabb, ActionError, BoundingBoxAction, Frame, GroundPoint, PickTarget, PickedPoint, Ray, RayPickAction,
-        RenderAction, SearchAction, Surface, View,
+        Aabb, ActionError, BoundingBoxAction, CallbackAction, Frame, GroundPoint, Interest, MatrixAction, PickTarget,
+        PickedPoint, PrimitiveCountAction, Ray, RayPickAction, RenderAction, SearchAction, Surface, View,
     };
     pub use crate::node::{
-        AxisAngle, BaseColor, Color, ColorMode, Complexity, Cube, DetailMode, DirectionalLight, FragmentShader, Group,
-        Material, Node, OrthographicCamera, PerspectiveCamera, PointLight, SeamlessTerrain, Separator, ShaderParameter,
-        ShaderProgram, ShaderValue, Texture2, TextureUnit, Transform, VertexShader, VoidMode,
+        Array, ArrayOrigin, Axis, AxisAngle, BaseColor, Binding, ClipPlane, Color, ColorMode, Complexity, Cone,
+        ConePart, Coordinate3, Cube, Cylinder, CylinderPart, DetailMode, DirectionalLight, FaceSet, FaceType,
+        FragmentShader, Group, IndexedFaceSet, IndexedTriangleStripSet, Info, Label, Length, LevelOfDetail, List, Lod,
+        Material, Matrix, MatrixTransform, MultipleCopy, Node, Normal, NormalBinding, OrthographicCamera,
+        PerspectiveCamera, PickStyle, PickStyleKind, Plane, PointLight, QuadMesh, Reset, ResetTransform, Rotation,
+        RotationXyz, Scale, SeamlessTerrain, Separator, ShaderParameter, ShaderProgram, ShaderValue, ShapeHints,
+        ShapeType, Sphere, Switch, Texture2, TextureCoordinate2, TextureUnit, Transform, TransformSeparator,
+        Translation, TriangleStripSet, Units, VertexOrdering, VertexProperty, VertexShader, VoidMode,
     };
     pub use crate::scene::{EditError, Image, NodeKey, Path, Pixels, Scene};
 }

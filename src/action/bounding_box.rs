@@ -1,16 +1,17 @@
 //! The smallest box around a scene.
 
-use std::ops::ControlFlow;
+use glam::DAffine3;
 
-use super::walk::{Visitor, walk};
-use super::{Aabb, ActionError, ShapeContext, State};
-use crate::node::ShapeNode;
+use super::walk::{Go, Visitor, walk, walk_from};
+use super::{Aabb, ActionError, Branches, GroupContext, ShapeContext, State};
+use crate::node::{Reset, ResetTransform, ShapeNode};
 use crate::scene::{Path, Scene};
 
 /// Finds the smallest box along the world axes around the local boxes of all shapes.
 ///
-/// Needs no camera: a terrain's box is that of its full-resolution heights, which contains every coarser mesh. Decodes
-/// height maps, but no colours.
+/// Needs no camera: a terrain's box is that of its full-resolution heights, which contains every coarser mesh, and of
+/// levels of detail all are boxed. Decodes height maps, but no colours. Each shape's own box is transformed by the whole map
+/// to the world at once, so that turned groups in turned groups do not make it larger.
 ///
 /// # Example
 ///
@@ -25,8 +26,28 @@ use crate::scene::{Path, Scene};
 /// assert_eq!((bounds.min, bounds.max), (DVec3::splat(-1.0), DVec3::splat(1.0)));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, Copy, Default)]
-pub struct BoundingBoxAction {}
+#[derive(Debug, Clone, Default)]
+pub struct BoundingBoxAction {
+    /// Boxes only what is at the end of this path, in all copies that an Array makes of it; all of the scene if not given.
+    pub path: Option<Path>,
+}
+
+/// A box along the axes of coordinates of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrientedBox {
+    /// The box in its own coordinates.
+    pub bounds: Aabb,
+    /// From its own coordinates to those of the world.
+    pub to_world: DAffine3,
+}
+
+impl OrientedBox {
+    /// Its volume in the world.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        self.bounds.size().element_product() * self.to_world.matrix3.determinant().abs()
+    }
+}
 
 impl BoundingBoxAction {
     /// The box in world coordinates, `None` when there is no shape.
@@ -35,27 +56,102 @@ impl BoundingBoxAction {
     ///
     /// When a shape can not be had.
     pub fn apply(&self, scene: &Scene) -> Result<Option<Aabb>, ActionError> {
-        struct Bounds<'s> {
-            scene: &'s Scene,
-            found: Option<Aabb>,
-        }
-        impl Visitor for Bounds<'_> {
-            fn shape(
-                &mut self,
-                shape: &dyn ShapeNode,
-                path: &Path,
-                state: &State,
-            ) -> Result<ControlFlow<()>, ActionError> {
-                let cx = ShapeContext::new(self.scene, state, path);
-                if let Some(bounds) = shape.bounds(&cx).map_err(|e| cx.error(e))? {
-                    let bounds = bounds.transformed(&state.model);
-                    self.found = Some(self.found.map_or(bounds, |b| b.union(&bounds)));
-                }
-                Ok(ControlFlow::Continue(()))
-            }
-        }
-        let mut bounds = Bounds { scene, found: None };
-        walk(scene, &mut bounds)?;
+        self.bounds_in(scene, &DAffine3::IDENTITY)
+    }
+
+    /// The box with its matrix: along the axes of the first shape's own coordinates or along those of the world, whichever is
+    /// smaller; `None` when there is no shape.
+    ///
+    /// # Errors
+    ///
+    /// As for [`BoundingBoxAction::apply`].
+    ///
+    /// ```
+    /// use seamount::prelude::*;
+    ///
+    /// let mut scene = Scene::new();
+    /// let root = scene.root();
+    /// scene.add(root, RotationXyz { angle: 0.5, ..RotationXyz::default() })?;
+    /// scene.add(root, Cube::default())?;
+    /// let oriented = BoundingBoxAction::default().oriented(&scene)?.expect("a cube");
+    /// assert!((oriented.volume() - 8.0).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn oriented(&self, scene: &Scene) -> Result<Option<OrientedBox>, ActionError> {
+        let mut first = FirstModel { path: self.path.as_ref(), found: None };
+        walk(scene, Branches::Possible, &mut first)?;
+        let world = self.apply(scene)?.map(|bounds| OrientedBox { bounds, to_world: DAffine3::IDENTITY });
+        let Some(to_world) = first.found.filter(|m| m.matrix3.determinant() != 0.0 && m.inverse().is_finite()) else {
+            return Ok(world);
+        };
+        let own = self.bounds_in(scene, &to_world.inverse())?.map(|bounds| OrientedBox { bounds, to_world });
+        Ok(match (world, own) {
+            (Some(world), Some(own)) if world.volume() <= own.volume() => Some(world),
+            (_, own) => own,
+        })
+    }
+
+    /// The box in coordinates that this map takes those of the world to.
+    fn bounds_in(&self, scene: &Scene, from_world: &DAffine3) -> Result<Option<Aabb>, ActionError> {
+        let mut bounds = Bounds { scene, path: self.path.as_ref(), from_world, found: None };
+        walk(scene, Branches::Possible, &mut bounds)?;
         Ok(bounds.found)
+    }
+}
+
+/// The box in world coordinates of all children of a group that is reached with this state.
+pub(crate) fn bounds_below(cx: &GroupContext<'_>, state: &State) -> Result<Option<Aabb>, ActionError> {
+    let mut bounds = Bounds { scene: cx.scene, path: None, from_world: &DAffine3::IDENTITY, found: None };
+    for (index, &child) in cx.scene.children(cx.key).iter().enumerate() {
+        walk_from(cx.scene, cx.path, (child, index), state.clone(), Branches::Possible, &mut bounds)?;
+    }
+    Ok(bounds.found)
+}
+
+struct Bounds<'s> {
+    scene: &'s Scene,
+    path: Option<&'s Path>,
+    from_world: &'s DAffine3,
+    found: Option<Aabb>,
+}
+
+impl Visitor for Bounds<'_> {
+    fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
+        if path
+            .tail()
+            .and_then(|key| self.scene.get::<ResetTransform>(key))
+            .is_some_and(|r| r.what_to_reset != Reset::Transform)
+        {
+            self.found = None;
+        }
+        Ok(Go::On)
+    }
+
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+        if self.path.is_some_and(|wanted| !path.starts_with(wanted)) {
+            return Ok(Go::On);
+        }
+        let cx = ShapeContext::new(self.scene, state, path);
+        if let Some(bounds) = shape.bounds(&cx).map_err(|e| cx.error(e))? {
+            let bounds = bounds.transformed(&super::state::compose(self.from_world, &state.model));
+            self.found = Some(self.found.map_or(bounds, |b| b.union(&bounds)));
+        }
+        Ok(Go::On)
+    }
+}
+
+/// The model map of the first shape.
+struct FirstModel<'p> {
+    path: Option<&'p Path>,
+    found: Option<DAffine3>,
+}
+
+impl Visitor for FirstModel<'_> {
+    fn shape(&mut self, _: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+        if self.path.is_some_and(|wanted| !path.starts_with(wanted)) {
+            return Ok(Go::On);
+        }
+        self.found = Some(state.model);
+        Ok(Go::End)
     }
 }

@@ -73,4 +73,17 @@ impl<'s> Cameras<'s> {
         found().push((name.map(str::to_owned), view));
         Ok(view)
     }
+
+    /// [`Cameras::viewpoint`], or nothing in a scene without a camera.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Cameras::viewpoint`], but for scenes without any camera.
+    pub fn viewpoint_if_any(&self, name: Option<&str>) -> Result<Option<Viewpoint>, ActionError> {
+        match self.viewpoint(name) {
+            Ok(view) => Ok(Some(view)),
+            Err(ActionError::NoCamera) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
 }

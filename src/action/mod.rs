@@ -5,11 +5,14 @@
 
 mod aabb;
 mod bounding_box;
+mod bvh;
+mod callback;
 mod camera;
 mod cameras;
 mod error;
 mod frame;
 mod ground;
+mod matrix;
 mod ray;
 mod ray_pick;
 mod render;
@@ -20,7 +23,11 @@ mod viewpoint;
 pub mod walk;
 
 pub use aabb::Aabb;
-pub use bounding_box::BoundingBoxAction;
+pub(crate) use bounding_box::bounds_below;
+pub use bounding_box::{BoundingBoxAction, OrientedBox};
+pub(crate) use bvh::Bvh;
+pub use callback::{CallbackAction, PrimitiveCount, PrimitiveCountAction, Visit};
+pub(crate) use camera::unit;
 pub use camera::{CameraError, PlacedCamera};
 pub use cameras::Cameras;
 pub use error::{ActionError, ShapeError};
@@ -29,10 +36,16 @@ pub use frame::{
     TerrainDraw, linear_color, linear_from_srgb,
 };
 pub use ground::GroundPoint;
+pub use matrix::MatrixAction;
+pub(crate) use ray::{Crossings, Meeting, meet_triangle};
 pub use ray::{Ray, RayError, intersect_triangle};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
 pub use render::{DrawContext, DrawOptions, RenderAction};
-pub use search::SearchAction;
-pub use state::{PlacedLight, Program, PropertyContext, ShapeContext, State, TextureBinding, TextureSource};
+pub use search::{Interest, SearchAction};
+pub(crate) use state::normal_matrix;
+pub use state::{
+    Branches, GroupContext, PlacedLight, PlacedPlane, Program, PropertyContext, ShapeContext, State, TextureBinding,
+    TextureSource,
+};
 pub use view::{View, ViewStatistics};
 pub use viewpoint::{Lens, Viewpoint};

@@ -106,12 +106,50 @@ impl Ray {
 /// value for it.
 #[must_use]
 pub fn intersect_triangle(ray: &Ray, triangle: &Triangle) -> Option<ShapeHit> {
+    meet_triangle(ray, triangle.points).map(|meeting| meeting.hit(triangle))
+}
+
+/// A ray and a triangle that meet.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Meeting {
+    pub(crate) t: f64,
+    /// Weights of the corners.
+    pub(crate) weights: [f64; 3],
+    /// Whether the ray goes through the edge opposite of each corner.
+    on: [bool; 3],
+}
+
+impl Meeting {
+    pub(crate) fn mix(&self, of: [DVec3; 3]) -> DVec3 {
+        let [a, b, c] = of;
+        let [u, v, w] = self.weights;
+        a * u + b * v + c * w
+    }
+
+    pub(crate) fn hit(&self, triangle: &Triangle) -> ShapeHit {
+        let ([a, b, c], [u, v, w]) = (triangle.uvs, self.weights);
+        let uv: DVec2 = a * u + b * v + c * w;
+        let normal = self.mix(triangle.normals);
+        ShapeHit {
+            t: self.t,
+            point: self.mix(triangle.points),
+            normal,
+            smooth_normal: normal,
+            uv,
+            detail: HitDetail::None,
+        }
+    }
+}
+
+/// [`intersect_triangle`] for the corners alone.
+#[inline]
+pub(crate) fn meet_triangle(ray: &Ray, points: [DVec3; 3]) -> Option<Meeting> {
     let d = ray.direction;
     let a = d.abs();
     // The axis that the ray follows most becomes z.
     let z = if a.x >= a.y && a.x >= a.z { 0 } else { usize::from(a.y >= a.z) + 2 * usize::from(a.y < a.z) };
     let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-    let [p0, p1, p2] = triangle.points.map(|p| {
+    let [p0, p1, p2] = points.map(|p| {
         let p = p - ray.origin;
         let depth = p[z] / d[z];
         DVec3::new(p[x] - d[x] * depth, p[y] - d[y] * depth, depth)
@@ -125,19 +163,41 @@ pub fn intersect_triangle(ray: &Ray, triangle: &Triangle) -> Option<ShapeHit> {
     if sum == 0.0 {
         return None;
     }
+    let on = [u == 0.0, v == 0.0, w == 0.0];
     let (u, v, w) = (u / sum, v / sum, w / sum);
     let t = u * p0.z + v * p1.z + w * p2.z;
-    if !(t >= ray.near && t <= ray.far) {
-        return None;
+    (t >= ray.near && t <= ray.far).then_some(Meeting { t, weights: [u, v, w], on })
+}
+
+/// The edges and corners that a ray was found to go through, so that a crossing there counts once and not once for each
+/// triangle around it. Neighbours compute the same value for an edge that they share, so both find it exactly zero, or
+/// none does.
+#[derive(Debug, Default)]
+pub(crate) struct Crossings {
+    /// Ends of the edges, sorted; a corner is an edge from itself to itself.
+    found: Vec<[DVec3; 2]>,
+}
+
+impl Crossings {
+    /// Whether the ray is met here for the first time.
+    pub(crate) fn is_new(&mut self, points: [DVec3; 3], meeting: &Meeting) -> bool {
+        let [a, b, c] = points;
+        let ends = match meeting.on {
+            [false, false, false] => return true,
+            [true, false, false] => [b, c],
+            [false, true, false] => [c, a],
+            [false, false, true] => [a, b],
+            [false, true, true] => [a, a],
+            [true, false, true] => [b, b],
+            _ => [c, c],
+        };
+        let [p, q] = ends;
+        let first_is_less = p.to_array().partial_cmp(&q.to_array()).is_none_or(std::cmp::Ordering::is_le);
+        let ends = if first_is_less { [p, q] } else { [q, p] };
+        let new = !self.found.contains(&ends);
+        if new {
+            self.found.push(ends);
+        }
+        new
     }
-    let mix3 = |a: [DVec3; 3]| a[0] * u + a[1] * v + a[2] * w;
-    let uv: DVec2 = triangle.uvs[0] * u + triangle.uvs[1] * v + triangle.uvs[2] * w;
-    Some(ShapeHit {
-        t,
-        point: mix3(triangle.points),
-        normal: mix3(triangle.normals),
-        smooth_normal: mix3(triangle.normals),
-        uv,
-        detail: HitDetail::None,
-    })
 }

@@ -1,16 +1,14 @@
 //! Where a ray meets the scene.
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
-use std::ops::ControlFlow;
-
 use glam::{DAffine3, DVec2, DVec3};
 
 use super::camera::unit;
 use super::render::find_camera;
-use super::walk::{Visitor, walk};
-use super::{ActionError, Cameras, Lens, Ray, ShapeContext, State, View, Viewpoint};
-use crate::node::{HitDetail, ShapeHit, ShapeNode};
-use crate::scene::{Path, Scene};
+use super::walk::{Go, Visitor, walk};
+use super::{Aabb, ActionError, Branches, Cameras, Lens, Ray, ShapeContext, State, View, Viewpoint};
+use crate::node::{Cube, HitDetail, PickStyleKind, ShapeHit, ShapeNode};
+use crate::scene::{NodeKey, Path, Scene};
 
 /// What to pick along.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,8 +72,26 @@ pub struct PickedPoint {
     /// How far the picked surface may be from the full-resolution one here, along the shape's own z, in world units. `None`:
     /// not known.
     pub error_bound: Option<f64>,
+    /// Whether the shape's PickStyle puts it before all others.
+    pub on_top: bool,
+    /// From the shape's local coordinates to those of the world.
+    pub local_to_world: DAffine3,
     /// What only this kind of shape can say.
     pub detail: HitDetail,
+}
+
+impl PickedPoint {
+    /// The shape.
+    #[must_use]
+    pub fn node(&self) -> Option<NodeKey> {
+        self.path.tail()
+    }
+
+    /// From the coordinates of the world to the shape's local ones.
+    #[must_use]
+    pub fn world_to_local(&self) -> DAffine3 {
+        self.local_to_world.inverse()
+    }
 }
 
 /// Finds where a ray meets the shapes of a scene.
@@ -104,7 +120,7 @@ pub struct RayPickAction {
     pub target: PickTarget,
     /// Which surface of terrains is met.
     pub surface: Surface,
-    /// All crossings in order of distance, instead of the first.
+    /// All crossings in order of distance (those on top before the others), instead of the first.
     pub all: bool,
     /// Width and height of the picture that pixels refer to and detail is chosen for.
     pub size: [u32; 2],
@@ -148,13 +164,13 @@ impl RayPickAction {
     /// When the camera can not be used, or a shape that near and far depend on can not be had.
     pub fn picker<'s>(&self, scene: &'s Scene) -> Result<Picker<'s>, ActionError> {
         let cameras = Cameras::new(scene, self.size);
-        let (viewpoint, limits) = match cameras.viewpoint(self.camera.as_deref()) {
-            Ok(view) => {
+        let viewpoint = cameras.viewpoint_if_any(self.camera.as_deref())?;
+        let limits = match viewpoint {
+            Some(_) => {
                 let fields = find_camera(scene, self.camera.as_deref())?.fields;
-                (Some(view), (fields.near_distance, fields.far_distance))
+                (fields.near_distance, fields.far_distance)
             }
-            Err(ActionError::NoCamera) => (None, (None, None)),
-            Err(error) => return Err(error),
+            None => (None, None),
         };
         Ok(Picker { scene, surface: self.surface, viewpoint, cameras, frozen: None, limits })
     }
@@ -235,10 +251,11 @@ impl Picker<'_> {
         all: bool,
         wanted: fn(&HitDetail) -> bool,
     ) -> Result<Vec<PickedPoint>, ActionError> {
-        let mut pick = Pick { picker: self, ray: *ray, all, wanted, local: Vec::new(), found: Vec::new() };
-        walk(self.scene, &mut pick)?;
+        let far = [ray.far; 2];
+        let mut pick = Pick { picker: self, ray: *ray, far, all, wanted, local: Vec::new(), found: Vec::new() };
+        walk(self.scene, Branches::Seen(self.viewpoint.as_ref()), &mut pick)?;
         let mut found = pick.found;
-        found.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        found.sort_by(|a, b| b.on_top.cmp(&a.on_top).then(a.distance.total_cmp(&b.distance)));
         if !all {
             found.truncate(1);
         }
@@ -249,6 +266,8 @@ impl Picker<'_> {
 struct Pick<'p, 's> {
     picker: &'p Picker<'s>,
     ray: Ray,
+    /// How far the ray goes for shapes that are not on top and for those that are: up to the nearest hit of the same rank.
+    far: [f64; 2],
     all: bool,
     wanted: fn(&HitDetail) -> bool,
     local: Vec<ShapeHit>,
@@ -256,7 +275,13 @@ struct Pick<'p, 's> {
 }
 
 impl Visitor for Pick<'_, '_> {
-    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+        let style = state.pick_style;
+        let [below, top] = self.far;
+        let far = if style.on_top() { top } else { below };
+        let Some((near, far)) = clipped(&self.ray, far, state).filter(|_| style != PickStyleKind::Unpickable) else {
+            return Ok(Go::On);
+        };
         let picker = self.picker;
         let cx = ShapeContext {
             viewpoint: picker.viewpoint.as_ref(),
@@ -269,29 +294,77 @@ impl Visitor for Pick<'_, '_> {
         let det = state.model.matrix3.determinant();
         let inverse = state.model.matrix3.inverse();
         if det == 0.0 || !inverse.is_finite() {
-            return Ok(ControlFlow::Continue(()));
+            return Ok(Go::On);
         }
         // The translation is subtracted first: far from the origin the digits are there.
         let local = Ray {
             origin: inverse * (self.ray.origin - state.model.translation),
             direction: inverse * self.ray.direction,
-            ..self.ray
+            near,
+            far,
         };
         self.local.clear();
-        shape.ray(&cx, &local, !self.all, &mut self.local).map_err(|e| cx.error(e))?;
+        // Of faces that look away the first hides none behind it.
+        let front_only = style == PickStyleKind::ShapeFrontfaces;
+        if style.boxed() {
+            if let Some(bounds) = shape.bounds(&cx).map_err(|e| cx.error(e))? {
+                meet_box(&cx, &bounds, &local, &mut self.local).map_err(|e| cx.error(e))?;
+            }
+        } else {
+            shape.ray(&cx, &local, !self.all && !front_only, &mut self.local).map_err(|e| cx.error(e))?;
+        }
         for hit in self.local.iter().filter(|hit| (self.wanted)(&hit.detail)) {
-            self.found.push(picked(hit, &state.model, path));
+            // Inverse transposes keep the sign of the product of a normal and a direction.
+            if front_only && hit.normal.dot(local.direction) >= 0.0 {
+                continue;
+            }
+            self.found.push(picked(hit, state, path));
+            if !self.all {
+                let far = self.far.iter_mut().skip(usize::from(style.on_top())).take(1);
+                far.for_each(|far| *far = far.min(hit.t));
+            }
         }
-        if !self.all
-            && let Some(nearest) = self.found.iter().map(|p| p.distance).min_by(f64::total_cmp)
-        {
-            self.ray.far = self.ray.far.min(nearest);
-        }
-        Ok(ControlFlow::Continue(()))
+        Ok(Go::On)
     }
 }
 
-fn picked(hit: &ShapeHit, model: &DAffine3, path: &Path) -> PickedPoint {
+/// The ray's range up to `far` in front of all clip planes; nothing if they leave none.
+fn clipped(ray: &Ray, mut far: f64, state: &State) -> Option<(f64, f64)> {
+    let mut near = ray.near;
+    for plane in state.clip_planes.iter() {
+        let height = plane.normal.dot(ray.origin - plane.point);
+        let rise = plane.normal.dot(ray.direction);
+        let crossing = -height / rise;
+        if rise > 0.0 {
+            near = near.max(crossing);
+        } else if rise < 0.0 {
+            far = far.min(crossing);
+        } else if height < 0.0 {
+            return None;
+        }
+    }
+    (near <= far).then_some((near, far))
+}
+
+/// Where a ray meets the surface of a box.
+fn meet_box(
+    cx: &ShapeContext<'_>,
+    bounds: &Aabb,
+    ray: &Ray,
+    hits: &mut Vec<ShapeHit>,
+) -> Result<(), super::ShapeError> {
+    let (center, size) = (bounds.center(), bounds.size());
+    let cube = Cube { width: size.x, height: size.y, depth: size.z };
+    let start = hits.len();
+    cube.ray(cx, &Ray { origin: ray.origin - center, ..*ray }, false, hits)?;
+    for hit in hits.iter_mut().skip(start) {
+        (hit.point, hit.detail) = (hit.point + center, HitDetail::None);
+    }
+    Ok(())
+}
+
+fn picked(hit: &ShapeHit, state: &State, path: &Path) -> PickedPoint {
+    let model = &state.model;
     let normals = super::state::normal_matrix(&model.matrix3);
     let (surface, error_bound) = match hit.detail {
         HitDetail::Terrain(detail) => (detail.surface, Some(detail.error * model.matrix3.z_axis.length())),
@@ -308,6 +381,8 @@ fn picked(hit: &ShapeHit, model: &DAffine3, path: &Path) -> PickedPoint {
         path: path.clone(),
         surface,
         error_bound,
+        on_top: state.pick_style.on_top(),
+        local_to_world: *model,
         detail: hit.detail,
     }
 }

@@ -1,7 +1,6 @@
 //! From a scene and a camera to a [`Frame`]: everything about a picture but the pixels.
 
 use std::any::Any;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, DVec3, Mat3, Vec3};
@@ -11,9 +10,10 @@ use super::frame::{
 };
 use super::state::{cofactors, compose};
 use super::view::Kept;
-use super::walk::{Visitor, walk};
+use super::walk::{Go, Visitor, walk};
 use super::{
-    ActionError, Cameras, DebugColor, Lens, PlacedCamera, PlacedLight, ShapeContext, ShapeError, State, View, Viewpoint,
+    ActionError, Branches, Cameras, DebugColor, Lens, PlacedCamera, PlacedLight, ShapeContext, ShapeError, State, View,
+    Viewpoint,
 };
 use crate::node::{Color, ShapeNode, Triangle};
 use crate::scene::{Path, Scene};
@@ -86,7 +86,8 @@ impl RenderAction {
             let cameras = Cameras::new(scene, self.size);
             let viewpoint = cameras.viewpoint(self.camera.as_deref())?;
             view.begin();
-            walk(scene, &mut Render { scene, viewpoint, cameras: &cameras, size: self.size, view })?;
+            let branches = Branches::Seen(Some(&viewpoint));
+            walk(scene, branches, &mut Render { scene, viewpoint, cameras: &cameras, size: self.size, view })?;
             let Frame { size, background, draws, statistics } = &mut view.frame;
             (*size, *background) = (self.size, self.background.linear());
             statistics.draw_calls = draws.iter().map(Draw::calls).sum();
@@ -155,16 +156,17 @@ pub(super) fn find_camera(scene: &Scene, name: Option<&str>) -> Result<Arc<Place
         }
     }
     impl Visitor for Find<'_> {
-        fn enter(&mut self, _: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
+        fn enter(&mut self, _: &Path, state: &State) -> Result<Go, ActionError> {
             self.look(state);
-            Ok(if self.found.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+            Ok(if self.found.is_some() { Go::End } else { Go::On })
         }
-        fn leave(&mut self, _: &Path, state: &State) {
+        fn leave(&mut self, _: &Path, state: &State) -> Result<Go, ActionError> {
             self.look(state);
+            Ok(if self.found.is_some() { Go::End } else { Go::On })
         }
     }
     let mut find = Find { scene, name, found: None, seen: Vec::new(), last: None };
-    walk(scene, &mut find)?;
+    walk(scene, Branches::Possible, &mut find)?;
     find.found.ok_or_else(|| match name {
         None => ActionError::NoCamera,
         Some(name) => ActionError::UnknownCamera {
@@ -187,7 +189,7 @@ struct Render<'s> {
 }
 
 impl Visitor for Render<'_> {
-    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
         // A camera acts on what follows it.
         if state.camera.is_some() {
             let shape_cx = ShapeContext {
@@ -215,7 +217,7 @@ impl Visitor for Render<'_> {
                 return Err(shape_cx.error(ShapeError::BeyondFloats));
             }
         }
-        Ok(ControlFlow::Continue(()))
+        Ok(Go::On)
     }
 }
 
@@ -351,13 +353,7 @@ impl DrawContext<'_> {
             mesh.normals.extend(t.normals.map(DVec3::as_vec3));
             mesh.triangles.push([start, start + 1, start + 2]);
         }
-        let options = DrawOptions {
-            kind: GeometryKind::Mesh,
-            color_map: false,
-            debug_color: DebugColor::Plain,
-            lit: true,
-            morph: false,
-        };
+        let options = DrawOptions::plain(GeometryKind::Mesh);
         self.draw(Geometry::Mesh(Arc::new(mesh)), &DAffine3::from_translation(anchor), options);
         Ok(())
     }
@@ -376,6 +372,14 @@ pub struct DrawOptions {
     pub lit: bool,
     /// Whether heights blend between levels, by the weights of the instances.
     pub morph: bool,
+}
+
+impl DrawOptions {
+    /// Nothing beside the State.
+    #[must_use]
+    pub const fn plain(kind: GeometryKind) -> Self {
+        Self { kind, color_map: false, debug_color: DebugColor::Plain, lit: true, morph: false }
+    }
 }
 
 fn place_light(light: &PlacedLight, eye: DVec3) -> FrameLight {

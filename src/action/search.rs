@@ -1,12 +1,24 @@
 //! Finding nodes by name, kind or key.
 
-use std::ops::ControlFlow;
-
-use super::walk::{Visitor, walk};
-use super::{ActionError, State};
+use super::walk::{Go, Visitor, walk};
+use super::{ActionError, Branches, State};
 use crate::scene::{NodeKey, Path, Scene};
 
+/// Which of the occurrences that meet the conditions are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Interest {
+    /// The first alone; the search ends there.
+    First,
+    /// The last alone.
+    Last,
+    /// All.
+    #[default]
+    All,
+}
+
 /// Finds the occurrences of nodes that meet all of the conditions given, in the order of the walk.
+///
+/// What stands in several copies of an Array is one occurrence.
 ///
 /// # Example
 ///
@@ -31,8 +43,10 @@ pub struct SearchAction {
     pub kind: Option<String>,
     /// This node.
     pub node: Option<NodeKey>,
-    /// Stop at the first.
-    pub first: bool,
+    /// Whether the first, the last or all are wanted.
+    pub interest: Interest,
+    /// Whether what a Switch hides is searched as well.
+    pub hidden: bool,
 }
 
 impl SearchAction {
@@ -40,33 +54,43 @@ impl SearchAction {
     ///
     /// # Errors
     ///
-    /// Only if the scene is nested too deep to be walked.
+    /// Only if the scene is nested too deep or too large to be walked.
     pub fn apply(&self, scene: &Scene) -> Result<Vec<Path>, ActionError> {
-        struct Search<'s> {
-            action: &'s SearchAction,
-            scene: &'s Scene,
-            found: Vec<Path>,
+        // Names are unique: a name means a node, and comparing keys is what the walk does fastest.
+        let named = self.name.as_deref().map(|name| scene.find(name));
+        let mut search = Search { action: self, scene, named, found: Vec::new() };
+        if named != Some(None) {
+            walk(scene, if self.hidden { Branches::All } else { Branches::Possible }, &mut search)?;
         }
-        impl Visitor for Search<'_> {
-            fn enter(&mut self, path: &Path, _: &State) -> Result<ControlFlow<()>, ActionError> {
-                let Some(key) = path.tail() else {
-                    return Ok(ControlFlow::Continue(()));
-                };
-                let SearchAction { name, kind, node, first } = self.action;
-                let matches = name.as_deref().is_none_or(|n| self.scene.name(key) == Some(n))
-                    && kind.as_deref().is_none_or(|k| self.scene.node(key).is_some_and(|n| n.info().kind == k))
-                    && node.is_none_or(|n| n == key);
-                if matches {
-                    self.found.push(path.clone());
-                    if *first {
-                        return Ok(ControlFlow::Break(()));
-                    }
-                }
-                Ok(ControlFlow::Continue(()))
+        Ok(search.found)
+    }
+}
+
+struct Search<'s> {
+    action: &'s SearchAction,
+    scene: &'s Scene,
+    /// The node with the name asked for.
+    named: Option<Option<NodeKey>>,
+    found: Vec<Path>,
+}
+
+impl Visitor for Search<'_> {
+    fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
+        let Some(key) = path.tail() else { return Ok(Go::On) };
+        let SearchAction { kind, node, interest, .. } = self.action;
+        let matches = self.named.is_none_or(|named| named == Some(key))
+            && node.is_none_or(|node| node == key)
+            && kind.as_deref().is_none_or(|kind| self.scene.node(key).is_some_and(|n| n.info().kind == kind))
+            && self.found.last() != Some(path);
+        if matches {
+            if *interest == Interest::Last {
+                self.found.clear();
+            }
+            self.found.push(path.clone());
+            if *interest == Interest::First {
+                return Ok(Go::End);
             }
         }
-        let mut search = Search { action: self, scene, found: Vec::new() };
-        walk(scene, &mut search)?;
-        Ok(search.found)
+        Ok(Go::On)
     }
 }

@@ -4,10 +4,10 @@ use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use super::{ActionError, Cameras, PlacedCamera, ShapeError, Surface, Viewpoint};
-use crate::node::{Complexity, Material};
+use crate::node::{Binding, Complexity, List, Material, PickStyleKind, ShapeHints};
 use crate::scene::{Image, NodeKey, Path, Scene};
 
 /// The properties in force at a point of a walk.
@@ -29,6 +29,24 @@ pub struct State {
     pub program: Program,
     /// The camera met last.
     pub camera: Option<Arc<PlacedCamera>>,
+    /// The choice that a Switch inherits: that of the Switch before, or the number of the copy.
+    pub switch: i32,
+    /// Length of the unit that follows, in those of the world.
+    pub unit_length: f64,
+    /// Points that sets of faces, lines and points refer to, in the coordinates of whoever uses them.
+    pub coordinates: List<DVec3>,
+    /// Normals for them; empty: worked out from the faces.
+    pub normals: List<DVec3>,
+    /// What the normals belong to.
+    pub normal_binding: Binding,
+    /// Texture coordinates for them; empty: worked out from the box.
+    pub texture_coordinates: List<DVec2>,
+    /// What is known of the faces.
+    pub shape_hints: ShapeHints,
+    /// How shapes are picked.
+    pub pick_style: PickStyleKind,
+    /// What cuts shapes off.
+    pub clip_planes: Arc<Vec<PlacedPlane>>,
 }
 
 impl Default for State {
@@ -42,6 +60,15 @@ impl Default for State {
             textures: Arc::default(),
             program: Program::default(),
             camera: None,
+            switch: -1,
+            unit_length: 1.0,
+            coordinates: List::default(),
+            normals: List::default(),
+            normal_binding: Binding::default(),
+            texture_coordinates: List::default(),
+            shape_hints: ShapeHints::default(),
+            pick_style: PickStyleKind::default(),
+            clip_planes: Arc::default(),
         }
     }
 }
@@ -121,6 +148,15 @@ pub enum PlacedLight {
     },
 }
 
+/// A plane in world coordinates: what lies behind it, against the normal, is cut off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlacedPlane {
+    /// The normal, towards what stays.
+    pub normal: DVec3,
+    /// A point of the plane.
+    pub point: DVec3,
+}
+
 /// Which texture unit carries what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Program {
@@ -163,6 +199,40 @@ pub struct PropertyContext<'a> {
     pub scene: &'a Scene,
     /// The property's own node.
     pub key: NodeKey,
+}
+
+/// Which children are walked of a group that chooses among them.
+#[derive(Debug, Clone, Copy)]
+pub enum Branches<'a> {
+    /// All, those that a Switch hides as well.
+    All,
+    /// Those that a Switch shows, and each level of detail as if it were the only one: a box holds whatever may be seen.
+    Possible,
+    /// Those that a Switch shows, and of levels of detail the one seen from here; without a camera the finest.
+    Seen(Option<&'a Viewpoint>),
+}
+
+/// What a group knows of its place.
+#[derive(Debug, Clone, Copy)]
+pub struct GroupContext<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The group's own node.
+    pub key: NodeKey,
+    /// The way to the group.
+    pub path: &'a Path,
+    /// The State before the group, for groups that restore any of it.
+    pub entry: Option<&'a State>,
+    /// Which children are walked.
+    pub branches: Branches<'a>,
+}
+
+impl GroupContext<'_> {
+    /// Number of children.
+    #[must_use]
+    pub fn children(&self) -> usize {
+        self.scene.children(self.key).len()
+    }
 }
 
 /// What a shape knows of its place.

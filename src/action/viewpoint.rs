@@ -97,6 +97,25 @@ impl Viewpoint {
         }
     }
 
+    /// Area in pixels of the rectangle around a box of the world in the picture, cut at its border; the whole picture when the
+    /// box reaches behind the eye.
+    #[must_use]
+    pub fn area_of(&self, bounds: &super::Aabb) -> f64 {
+        let clip = self.clip_from_eye();
+        let (mut low, mut high) = (glam::DVec2::INFINITY, glam::DVec2::NEG_INFINITY);
+        for corner in bounds.corners() {
+            let p = clip * (corner - self.eye).extend(1.0);
+            if p.w <= 0.0 {
+                (low, high) = (glam::DVec2::NEG_ONE, glam::DVec2::ONE);
+                break;
+            }
+            let p = p.truncate().truncate() / p.w;
+            (low, high) = (low.min(p), high.max(p));
+        }
+        let size = (high.min(glam::DVec2::ONE) - low.max(glam::DVec2::NEG_ONE)).max(glam::DVec2::ZERO) * 0.5;
+        size.x * size.y * self.pixels * self.pixels * self.aspect
+    }
+
     /// What the camera sees, in world axes with the origin **at the eye**: four sides and the near plane; the far plane if
     /// there is one.
     #[must_use]

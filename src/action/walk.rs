@@ -5,12 +5,12 @@
 //! the thread's stack.
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::camera::PlacedCamera;
-use super::{ActionError, PropertyContext, State};
-use crate::node::{GroupNode, Role, ShapeNode};
+use super::{ActionError, Branches, PropertyContext, State};
+use crate::action::GroupContext;
+use crate::node::{GroupNode, Restores, Role, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
 
 /// Deepest nesting that is walked. Beyond what anybody writes; it bounds the memory of a walk.
@@ -20,6 +20,17 @@ pub const MAX_DEPTH: usize = 20_000;
 /// each hold the next one twice are 2⁶⁰. Such a scene ends in an error, not in a hang.
 pub const MAX_VISITS: u64 = 50_000_000;
 
+/// What a visitor wants of the walk when it has seen something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Go {
+    /// To go on.
+    On,
+    /// To leave this node out: its children are not walked, and it changes nothing.
+    Past,
+    /// To end the walk.
+    End,
+}
+
 /// What a walk tells while it goes.
 pub trait Visitor {
     /// A node is reached, before it acts.
@@ -27,14 +38,19 @@ pub trait Visitor {
     /// # Errors
     ///
     /// Ends the walk.
-    fn enter(&mut self, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
+    fn enter(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
         let _ = (path, state);
-        Ok(ControlFlow::Continue(()))
+        Ok(Go::On)
     }
 
     /// A node was walked; the state is what it leaves behind.
-    fn leave(&mut self, path: &Path, state: &State) {
+    ///
+    /// # Errors
+    ///
+    /// Ends the walk.
+    fn leave(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
         let _ = (path, state);
+        Ok(Go::On)
     }
 
     /// A shape is reached.
@@ -42,9 +58,9 @@ pub trait Visitor {
     /// # Errors
     ///
     /// Ends the walk.
-    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
         let _ = (shape, path, state);
-        Ok(ControlFlow::Continue(()))
+        Ok(Go::On)
     }
 }
 
@@ -55,16 +71,27 @@ struct Level<'s> {
     saved: Option<Box<State>>,
 }
 
-/// Walks the scene from its root.
+/// Walks the scene from its root. Of groups that choose among their children, `branches` says which are walked.
 ///
 /// # Errors
 ///
 /// What the visitor returns, [`ActionError::TooDeep`] or [`ActionError::TooLarge`].
-pub fn walk(scene: &Scene, visitor: &mut dyn Visitor) -> Result<(), ActionError> {
-    let mut state = State::default();
-    let mut path = Path::default();
+pub fn walk(scene: &Scene, branches: Branches<'_>, visitor: &mut dyn Visitor) -> Result<(), ActionError> {
+    walk_from(scene, &Path::default(), (scene.root(), 0), State::default(), branches, visitor)
+}
+
+/// [`walk`] from another node than the root: child number `index` at the end of `path`, reached with this state.
+pub(crate) fn walk_from(
+    scene: &Scene,
+    path: &Path,
+    start: (NodeKey, usize),
+    mut state: State,
+    branches: Branches<'_>,
+    visitor: &mut dyn Visitor,
+) -> Result<(), ActionError> {
+    let mut path = path.clone();
     let mut stack: Vec<Level<'_>> = Vec::new();
-    let mut next = Some((scene.root(), 0));
+    let mut next = Some(start);
     let mut visits = 0;
     loop {
         if let Some((key, index)) = next.take() {
@@ -76,53 +103,66 @@ pub fn walk(scene: &Scene, visitor: &mut dyn Visitor) -> Result<(), ActionError>
                 return Err(ActionError::TooDeep);
             }
             path.push(key, index);
-            if visitor.enter(&path, &state)?.is_break() {
-                return Ok(());
+            let mut go = visitor.enter(&path, &state)?;
+            if go == Go::On {
+                match scene.role(key) {
+                    Some(Role::Property(property)) => {
+                        let camera = state.camera.as_ref().map(Arc::as_ptr);
+                        property.apply(&mut state, &PropertyContext { scene, key });
+                        // A camera does not know its own path.
+                        if state.camera.as_ref().map(Arc::as_ptr) != camera
+                            && let Some(placed) = &mut state.camera
+                        {
+                            let mut with_path = PlacedCamera::clone(placed);
+                            with_path.path = path.clone();
+                            *placed = Arc::new(with_path);
+                        }
+                        go = visitor.leave(&path, &state)?;
+                        path.pop();
+                    }
+                    Some(Role::Shape(shape)) => {
+                        go = visitor.shape(shape, &path, &state)?;
+                        if go != Go::End {
+                            go = visitor.leave(&path, &state)?;
+                        }
+                        path.pop();
+                    }
+                    Some(Role::Group(group)) => {
+                        let saved = (group.restores() != Restores::Nothing).then(|| Box::new(state.clone()));
+                        stack.push(Level { group, key, step: 0, saved });
+                    }
+                    None => {
+                        path.pop();
+                    }
+                }
+            } else {
+                path.pop();
             }
-            match scene.role(key) {
-                Some(Role::Property(property)) => {
-                    let camera = state.camera.as_ref().map(Arc::as_ptr);
-                    property.apply(&mut state, &PropertyContext { scene, key });
-                    // A camera does not know its own path.
-                    if state.camera.as_ref().map(Arc::as_ptr) != camera
-                        && let Some(placed) = &mut state.camera
-                    {
-                        let mut with_path = PlacedCamera::clone(placed);
-                        with_path.path = path.clone();
-                        *placed = Arc::new(with_path);
-                    }
-                    visitor.leave(&path, &state);
-                    path.pop();
-                }
-                Some(Role::Shape(shape)) => {
-                    if visitor.shape(shape, &path, &state)?.is_break() {
-                        return Ok(());
-                    }
-                    visitor.leave(&path, &state);
-                    path.pop();
-                }
-                Some(Role::Group(group)) => {
-                    let saved = group.restores_state().then(|| Box::new(state.clone()));
-                    stack.push(Level { group, key, step: 0, saved });
-                }
-                None => {
-                    path.pop();
-                }
+            if go == Go::End {
+                return Ok(());
             }
         }
         let Some(level) = stack.last_mut() else {
             return Ok(());
         };
         let children = scene.children(level.key);
+        let cx = GroupContext { scene, key: level.key, path: &path, entry: level.saved.as_deref(), branches };
         let step = level.step;
         level.step += 1;
-        match level.group.child_at(step, children.len(), &mut state) {
+        match level.group.child_at(step, &cx, &mut state) {
             Some(index) => next = children.get(index).map(|&child| (child, index)),
             None => {
-                if let Some(saved) = stack.pop().and_then(|level| level.saved) {
-                    state = *saved;
+                let group = level.group;
+                match (group.restores(), stack.pop().and_then(|level| level.saved)) {
+                    (Restores::Everything, Some(saved)) => state = *saved,
+                    (Restores::Transform, Some(saved)) => {
+                        (state.model, state.unit_length) = (saved.model, saved.unit_length)
+                    }
+                    _ => {}
                 }
-                visitor.leave(&path, &state);
+                if visitor.leave(&path, &state)? == Go::End {
+                    return Ok(());
+                }
                 path.pop();
             }
         }

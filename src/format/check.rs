@@ -1,13 +1,12 @@
 //! Everything that can be said of a scene file without drawing it.
 
 use std::collections::HashSet;
-use std::ops::ControlFlow;
 use std::path::Path as FilePath;
 
 use super::error::{Mistake, Problem, ReadError};
 use super::read::{Read, read_file};
-use crate::action::walk::{Visitor, walk};
-use crate::action::{ActionError, ShapeContext, ShapeError, State};
+use crate::action::walk::{Go, Visitor, walk};
+use crate::action::{ActionError, Branches, ShapeContext, ShapeError, State};
 use crate::node::{Registry, ShapeNode, Texture2};
 use crate::scene::{NodeKey, Path};
 
@@ -25,7 +24,7 @@ pub fn check(path: impl AsRef<FilePath>, registry: &Registry) -> Result<usize, R
     let path = path.as_ref();
     let read = read_file(path, registry)?;
     let mut check = Check { read: &read, mistakes: Vec::new(), seen: HashSet::new(), left: MOST };
-    if let Err(error) = walk(&read.scene, &mut check) {
+    if let Err(error) = walk(&read.scene, Branches::Possible, &mut check) {
         let problem = Problem::Shape(ShapeError::Other(error.to_string()));
         check.mistakes.push(Mistake { position: None, problem, path_in_tree: Vec::new() });
     }
@@ -57,7 +56,7 @@ impl Check<'_> {
 }
 
 impl Visitor for Check<'_> {
-    fn enter(&mut self, path: &Path, _: &State) -> Result<ControlFlow<()>, ActionError> {
+    fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
         let scene = &self.read.scene;
         if let Some(key) = path.tail()
             && let Some(texture) = scene.get::<Texture2>(key)
@@ -67,10 +66,10 @@ impl Visitor for Check<'_> {
             self.mistake(key, Some("filename"), Problem::Image(error), path);
         }
         self.left -= 1;
-        Ok(if self.left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+        Ok(if self.left == 0 { Go::End } else { Go::On })
     }
 
-    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
         let cx = ShapeContext::new(&self.read.scene, state, path);
         match (shape.bounds(&cx), path.tail()) {
             (Err(ShapeError::Image(_)), _) => {} // told at its texture
@@ -82,6 +81,6 @@ impl Visitor for Check<'_> {
             (Err(error), Some(key)) => self.mistake(key, None, Problem::Shape(error), path),
             _ => {}
         }
-        Ok(ControlFlow::Continue(()))
+        Ok(Go::On)
     }
 }

@@ -1,10 +1,12 @@
 //! The types that fields of nodes may have, and how they are read and written.
 
 use std::fmt::Debug;
+use std::ops::Deref;
+use std::sync::Arc;
 
-use glam::{DQuat, DVec2, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, Vec3};
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Why the text of a field could not be used.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,6 +83,18 @@ plain_fields! {
     Color: "color (r, g, b)", |v| v.rgb().is_finite();
     AxisAngle: "rotation (x, y, z, angle)", |v| v.axis.is_finite() && v.angle.is_finite();
     (u32, u32): "(integer, integer)", |_| true;
+    Plane: "plane (x, y, z, distance)", |v| v.normal.is_finite() && v.distance.is_finite();
+    Matrix: "matrix ((xx, xy, xz), (yx, yy, yz), (zx, zy, zz), (x, y, z)): images of the axes and of the origin", |v| v.0.is_finite();
+}
+
+impl<T: FieldValue> FieldValue for List<T> {
+    fn type_name() -> String {
+        format!("[{}, …]", T::type_name())
+    }
+
+    fn is_finite(&self) -> bool {
+        self.iter().all(T::is_finite)
+    }
 }
 
 impl<T: FieldValue> FieldValue for Option<T> {
@@ -195,5 +209,136 @@ impl From<(f64, f64, f64, f64)> for AxisAngle {
 impl From<AxisAngle> for (f64, f64, f64, f64) {
     fn from(r: AxisAngle) -> Self {
         (r.axis.x, r.axis.y, r.axis.z, r.angle)
+    }
+}
+
+/// A list in a field, shared: copies of a node, the State of a walk and what was made from the list hold the same one, so
+/// that a copy costs nothing and identity tells whether what was made is current.
+///
+/// # Example
+///
+/// ```
+/// use seamount::node::List;
+///
+/// let mut numbers = List::from([1, 2, 3]);
+/// let copy = numbers.clone();
+/// assert!(numbers.same(&copy));
+/// numbers.make_mut()[0] = 7; // the copy keeps its own
+/// assert_eq!((numbers[0], copy[0]), (7, 1));
+/// ```
+#[derive(Debug, Clone)]
+pub struct List<T>(Option<Arc<[T]>>);
+
+impl<T> List<T> {
+    /// Whether both are one list in memory, not only equal ones.
+    #[must_use]
+    pub fn same(&self, other: &Self) -> bool {
+        match (&self.0, &other.0) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        }
+    }
+}
+
+impl<T: Clone> List<T> {
+    /// The elements to change; copied first where the list is shared.
+    pub fn make_mut(&mut self) -> &mut [T] {
+        self.0.as_mut().map_or(&mut [], Arc::make_mut)
+    }
+}
+
+impl<T> Default for List<T> {
+    fn default() -> Self {
+        Self(None)
+    }
+}
+
+impl<T> Deref for List<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        self.0.as_deref().unwrap_or_default()
+    }
+}
+
+impl<T: PartialEq> PartialEq for List<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.same(other) || **self == **other
+    }
+}
+
+impl<T> From<Vec<T>> for List<T> {
+    fn from(list: Vec<T>) -> Self {
+        // All empty lists are the same one.
+        Self((!list.is_empty()).then(|| list.into()))
+    }
+}
+
+impl<T, const N: usize> From<[T; N]> for List<T> {
+    fn from(list: [T; N]) -> Self {
+        Vec::from(list).into()
+    }
+}
+
+impl<T> FromIterator<T> for List<T> {
+    fn from_iter<I: IntoIterator<Item = T>>(list: I) -> Self {
+        Vec::from_iter(list).into()
+    }
+}
+
+impl<T: Serialize> Serialize for List<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter())
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for List<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Vec::deserialize(deserializer).map(Self::from)
+    }
+}
+
+/// A plane as Open Inventor writes it: the points p with normal · p = distance. Its inner side is where the normal points.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(from = "(f64, f64, f64, f64)", into = "(f64, f64, f64, f64)")]
+pub struct Plane {
+    /// The normal, any length but zero.
+    pub normal: DVec3,
+    /// Distance of the plane from the origin along the normal's direction, local units.
+    pub distance: f64,
+}
+
+impl From<(f64, f64, f64, f64)> for Plane {
+    fn from((x, y, z, distance): (f64, f64, f64, f64)) -> Self {
+        Self { normal: DVec3::new(x, y, z), distance }
+    }
+}
+
+impl From<Plane> for (f64, f64, f64, f64) {
+    fn from(p: Plane) -> Self {
+        (p.normal.x, p.normal.y, p.normal.z, p.distance)
+    }
+}
+
+/// An affine map in a field: the images of the three axes, then that of the origin. These are the rows of Open Inventor's
+/// matrices without their last column, and the columns of glam's.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(from = "(DVec3, DVec3, DVec3, DVec3)", into = "(DVec3, DVec3, DVec3, DVec3)")]
+pub struct Matrix(pub DAffine3);
+
+impl Matrix {
+    /// The map that changes nothing.
+    pub const IDENTITY: Matrix = Matrix(DAffine3::IDENTITY);
+}
+
+impl From<(DVec3, DVec3, DVec3, DVec3)> for Matrix {
+    fn from((x, y, z, translation): (DVec3, DVec3, DVec3, DVec3)) -> Self {
+        Self(DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation })
+    }
+}
+
+impl From<Matrix> for (DVec3, DVec3, DVec3, DVec3) {
+    fn from(Matrix(m): Matrix) -> Self {
+        (m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis, m.translation)
     }
 }

@@ -14,15 +14,24 @@
 mod base_color;
 mod camera;
 mod complexity;
+mod copies;
 mod cube;
+mod face_mesh;
+mod face_sets;
 mod field;
+mod geometry;
 mod group;
+mod info;
 mod light;
+mod lod;
 mod material;
+mod pick_style;
 mod registry;
+mod round;
 mod seamless_terrain;
 mod separator;
 mod shader;
+mod switch;
 mod texture;
 mod transform;
 
@@ -34,20 +43,34 @@ use glam::{DVec2, DVec3};
 pub use base_color::BaseColor;
 pub use camera::{CameraFields, OrthographicCamera, PerspectiveCamera};
 pub use complexity::{Complexity, TextureFilter};
+pub use copies::{Array, ArrayOrigin, MultipleCopy};
 pub use cube::Cube;
-pub use field::{AxisAngle, Color, FieldError, FieldValue};
+pub(crate) use face_mesh::{FaceMesh, MeshInputs};
+pub use face_sets::{FaceSet, IndexedFaceSet, IndexedTriangleStripSet, QuadMesh, TriangleStripSet};
+pub use field::{AxisAngle, Color, FieldError, FieldValue, List, Matrix, Plane};
+pub use geometry::{
+    Binding, Coordinate3, FaceType, Normal, NormalBinding, ShapeHints, ShapeType, TextureCoordinate2, VertexOrdering,
+    VertexProperty,
+};
 pub use group::Group;
+pub use info::{Info, Label};
 pub use light::{DirectionalLight, PointLight};
+pub use lod::{LevelOfDetail, Lod};
 pub use material::Material;
+pub use pick_style::{ClipPlane, PickStyle, PickStyleKind};
 pub use registry::Registry;
 pub(crate) use registry::nearest;
+pub use round::{Cone, ConePart, Cylinder, CylinderPart, Sphere};
 pub use seamless_terrain::{ColorMode, DetailMode, SeamlessTerrain, VoidMode, lattice_view};
-pub use separator::Separator;
+pub use separator::{Separator, TransformSeparator};
 pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderValue, VertexShader};
+pub use switch::Switch;
 pub use texture::{ImageRef, Texture2, TextureUnit, Wrap};
-pub use transform::Transform;
+pub use transform::{
+    Axis, Length, MatrixTransform, Reset, ResetTransform, Rotation, RotationXyz, Scale, Transform, Translation, Units,
+};
 
-use crate::action::{Aabb, DrawContext, PropertyContext, Ray, ShapeContext, ShapeError, State, Surface};
+use crate::action::{Aabb, DrawContext, GroupContext, PropertyContext, Ray, ShapeContext, ShapeError, State, Surface};
 use crate::terrain::{PatchId, Side};
 
 /// A node of a scene graph. Implemented by [`define_node!`](crate::define_node).
@@ -175,18 +198,30 @@ pub trait PropertyNode: Node {
     fn apply(&self, state: &mut State, cx: &PropertyContext<'_>);
 }
 
+/// What of the State is afterwards what it was before a group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Restores {
+    /// Nothing: what the children change acts on what follows the group.
+    #[default]
+    Nothing,
+    /// The place in space alone.
+    Transform,
+    /// Everything.
+    Everything,
+}
+
 /// A node that has children.
 pub trait GroupNode: Node {
     /// Which child to walk at this step of the visit, counted from 0; `None` ends the visit. The state may be changed
     /// before the child is walked.
-    fn child_at(&self, step: usize, children: usize, state: &mut State) -> Option<usize> {
+    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut State) -> Option<usize> {
         let _ = state;
-        (step < children).then_some(step)
+        (step < cx.children()).then_some(step)
     }
 
-    /// Whether the state is afterwards what it was before.
-    fn restores_state(&self) -> bool {
-        false
+    /// What of the state is afterwards what it was before.
+    fn restores(&self) -> Restores {
+        Restores::Nothing
     }
 }
 
@@ -229,8 +264,23 @@ pub enum HitDetail {
         /// Its number.
         index: usize,
     },
+    /// A place on a face of a set of faces.
+    Face(FaceDetail),
     /// A place on a terrain.
     Terrain(TerrainDetail),
+}
+
+/// Which face of a set of faces was hit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaceDetail {
+    /// Number of the face, from 0 in the order of the node: a polygon, a triangle of a strip, or a quadrilateral.
+    pub face: usize,
+    /// Number of the part: a strip, or a row of quadrilaterals; for polygons the face.
+    pub part: usize,
+    /// The triangle of the face that was hit: its corners as indices into the coordinates.
+    pub points: [usize; 3],
+    /// Weights of these corners at the point.
+    pub barycentric: [f64; 3],
 }
 
 /// Which triangle of a terrain was hit.
@@ -336,6 +386,26 @@ pub trait ShapeNode: Node {
     /// As for [`ShapeNode::bounds`].
     fn primitives(&self, cx: &ShapeContext<'_>, sink: &mut dyn FnMut(Triangle)) -> Result<(), ShapeError>;
 
+    /// Hands over the pieces of lines of the shape; most have none.
+    ///
+    /// # Errors
+    ///
+    /// As for [`ShapeNode::bounds`].
+    fn lines(&self, cx: &ShapeContext<'_>, sink: &mut dyn FnMut([DVec3; 2])) -> Result<(), ShapeError> {
+        let _ = (cx, sink);
+        Ok(())
+    }
+
+    /// Hands over the points of the shape; most have none.
+    ///
+    /// # Errors
+    ///
+    /// As for [`ShapeNode::bounds`].
+    fn points(&self, cx: &ShapeContext<'_>, sink: &mut dyn FnMut(DVec3)) -> Result<(), ShapeError> {
+        let _ = (cx, sink);
+        Ok(())
+    }
+
     /// Appends the places where a local ray meets the shape, with `t` in the ray's range, in any order, each crossing once.
     /// With `first` only the nearest is needed.
     ///
@@ -345,10 +415,12 @@ pub trait ShapeNode: Node {
     fn ray(&self, cx: &ShapeContext<'_>, ray: &Ray, first: bool, hits: &mut Vec<ShapeHit>) -> Result<(), ShapeError> {
         let _ = first;
         let mut index = 0;
+        let mut crossings = crate::action::Crossings::default();
         self.primitives(cx, &mut |triangle| {
-            if let Some(mut hit) = crate::action::intersect_triangle(ray, &triangle) {
-                hit.detail = HitDetail::Triangle { index };
-                hits.push(hit);
+            if let Some(meeting) = crate::action::meet_triangle(ray, triangle.points)
+                && crossings.is_new(triangle.points, &meeting)
+            {
+                hits.push(ShapeHit { detail: HitDetail::Triangle { index }, ..meeting.hit(&triangle) });
             }
             index += 1;
         })

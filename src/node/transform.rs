@@ -1,6 +1,7 @@
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+use serde::{Deserialize, Serialize};
 
-use super::{AxisAngle, PropertyNode};
+use super::{AxisAngle, Matrix, PropertyNode, field::enum_field};
 use crate::action::{PropertyContext, State};
 
 crate::define_node! {
@@ -37,6 +38,232 @@ impl Transform {
 impl PropertyNode for Transform {
     fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
         state.transform(&self.affine());
+    }
+}
+
+crate::define_node! {
+    /// Moves what follows. All actions apply it.
+    ///
+    /// ```ron
+    /// Translation(translation: (10.0, 0.0, 0.0))
+    /// ```
+    pub struct Translation: property {
+        /// Moved by this much, in local units.
+        pub translation: DVec3 = DVec3::ZERO,
+    }
+}
+
+impl PropertyNode for Translation {
+    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+        state.translate(self.translation);
+    }
+}
+
+crate::define_node! {
+    /// Turns what follows about an axis through the origin. All actions apply it.
+    ///
+    /// ```ron
+    /// Rotation(rotation: (0.0, 0.0, 1.0, 1.5708))
+    /// ```
+    pub struct Rotation: property {
+        /// Axis and angle in radians, counter-clockwise seen against the axis.
+        pub rotation: AxisAngle = AxisAngle::IDENTITY,
+    }
+}
+
+impl PropertyNode for Rotation {
+    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+        state.transform(&DAffine3::from_quat(self.rotation.quat()));
+    }
+}
+
+/// One of the three axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum Axis {
+    /// The first.
+    #[default]
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+}
+
+enum_field!(Axis: X | Y | Z);
+
+crate::define_node! {
+    /// Turns what follows about one of the axes. All actions apply it.
+    ///
+    /// ```ron
+    /// RotationXyz(axis: Z, angle: 1.5708)
+    /// ```
+    pub struct RotationXyz: property {
+        /// The angle in radians, counter-clockwise seen against the axis.
+        pub angle: f64 = 0.0,
+        /// The axis.
+        pub axis: Axis = Axis::X,
+    }
+}
+
+impl PropertyNode for RotationXyz {
+    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+        let turn = match self.axis {
+            Axis::X => DQuat::from_rotation_x,
+            Axis::Y => DQuat::from_rotation_y,
+            Axis::Z => DQuat::from_rotation_z,
+        };
+        state.transform(&DAffine3::from_quat(turn(self.angle)));
+    }
+}
+
+crate::define_node! {
+    /// Scales what follows along the axes. All actions apply it. What is scaled by zero is flat: it is boxed, not picked.
+    ///
+    /// ```ron
+    /// Scale(scale_factor: (1.0, 1.0, 2.0))
+    /// ```
+    pub struct Scale: property {
+        /// The factors; negative ones mirror.
+        pub scale_factor: DVec3 = DVec3::ONE,
+    }
+}
+
+impl PropertyNode for Scale {
+    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+        state.transform(&DAffine3::from_scale(self.scale_factor));
+    }
+}
+
+crate::define_node! {
+    /// Transforms what follows by a matrix. All actions apply it.
+    ///
+    /// ```ron
+    /// MatrixTransform(matrix: ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.5, 0.0, 1.0), (0.0, 0.0, 0.0)))
+    /// ```
+    pub struct MatrixTransform: property {
+        /// From local coordinates to those of the parent: the images of the three axes and of the origin, the rows of an Open
+        /// Inventor matrix.
+        pub matrix: Matrix = Matrix::IDENTITY,
+    }
+}
+
+impl PropertyNode for MatrixTransform {
+    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+        state.transform(&self.matrix.0);
+    }
+}
+
+/// What a [`ResetTransform`] forgets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum Reset {
+    /// The transforms.
+    #[default]
+    Transform,
+    /// The box so far.
+    BoundingBox,
+    /// Both.
+    Both,
+}
+
+enum_field!(Reset: Transform | BoundingBox | Both);
+
+crate::define_node! {
+    /// Forgets the transforms before it: what follows is in the coordinates of the world, up to the end of the separator.
+    ///
+    /// All actions reset transforms and units; the bounding box action forgets the shapes before this node where it says so.
+    ///
+    /// ```ron
+    /// ResetTransform(what_to_reset: Both)
+    /// ```
+    pub struct ResetTransform: property {
+        /// What is forgotten.
+        pub what_to_reset: Reset = Reset::Transform,
+    }
+}
+
+impl PropertyNode for ResetTransform {
+    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+        if self.what_to_reset != Reset::BoundingBox {
+            state.model = DAffine3::IDENTITY;
+            state.unit_length = 1.0;
+        }
+    }
+}
+
+/// Units of length, with Open Inventor's names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Length {
+    #[default]
+    Meters,
+    Centimeters,
+    Millimeters,
+    Micrometers,
+    /// The same as micrometres.
+    Microns,
+    Nanometers,
+    Angstroms,
+    Kilometers,
+    Feet,
+    Inches,
+    /// 1/72 of an inch.
+    Points,
+    Yards,
+    Miles,
+    NauticalMiles,
+}
+
+enum_field!(Length: Meters | Centimeters | Millimeters | Micrometers | Microns | Nanometers | Angstroms | Kilometers
+    | Feet | Inches | Points | Yards | Miles | NauticalMiles);
+
+impl Length {
+    /// How many metres it is: the international yard and pound agreement (1959) and the definition of the nautical mile
+    /// (1929).
+    ///
+    /// ```
+    /// assert_eq!(seamount::node::Length::Miles.meters(), 1609.344);
+    /// ```
+    #[must_use]
+    pub fn meters(self) -> f64 {
+        match self {
+            Length::Meters => 1.0,
+            Length::Centimeters => 1e-2,
+            Length::Millimeters => 1e-3,
+            Length::Micrometers | Length::Microns => 1e-6,
+            Length::Nanometers => 1e-9,
+            Length::Angstroms => 1e-10,
+            Length::Kilometers => 1e3,
+            Length::Feet => 0.3048,
+            Length::Inches => 0.0254,
+            Length::Points => 0.0254 / 72.0,
+            Length::Yards => 0.9144,
+            Length::Miles => 1609.344,
+            Length::NauticalMiles => 1852.0,
+        }
+    }
+}
+
+crate::define_node! {
+    /// Says in which units what follows is given; the world is in metres. All actions scale by it.
+    ///
+    /// Units do not add up: after feet, metres are metres again.
+    ///
+    /// ```ron
+    /// Units(units: Feet)
+    /// ```
+    pub struct Units: property {
+        /// The unit of lengths.
+        pub units: Length = Length::Meters,
+    }
+}
+
+impl PropertyNode for Units {
+    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+        let length = self.units.meters();
+        if length != state.unit_length {
+            state.transform(&DAffine3::from_scale(DVec3::splat(length / state.unit_length)));
+            state.unit_length = length;
+        }
     }
 }
 

@@ -384,6 +384,7 @@ impl Scene {
         if let Some(name) = slot.name {
             self.names.remove(&name);
         }
+        self.resources.forget_node(key);
         Ok(slot.node)
     }
 

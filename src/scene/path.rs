@@ -43,6 +43,12 @@ impl Path {
         self.steps.iter().skip(1).map(|&(_, index)| index)
     }
 
+    /// Whether the path leads through the end of another, or ends there.
+    #[must_use]
+    pub fn starts_with(&self, other: &Path) -> bool {
+        self.steps.starts_with(&other.steps)
+    }
+
     /// Number of nodes.
     #[must_use]
     pub fn len(&self) -> usize {

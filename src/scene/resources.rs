@@ -5,7 +5,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{Image, ImageError, Pixels};
+use super::{Image, ImageError, NodeKey, Pixels};
+use crate::action::ShapeError;
+use crate::node::{FaceMesh, MeshInputs};
 use crate::terrain::{HeightField, HeightFieldError, SampleRect, Terrain};
 
 /// A cache keyed by file name, and by image identity and parameters. Everything is made when it is asked for first and
@@ -14,6 +16,7 @@ use crate::terrain::{HeightField, HeightFieldError, SampleRect, Terrain};
 pub struct Resources {
     images: Mutex<HashMap<std::path::PathBuf, Result<Arc<Image>, ImageError>>>,
     terrains: Mutex<HashMap<TerrainKey, TerrainResult>>,
+    meshes: Mutex<HashMap<NodeKey, Vec<(MeshInputs, MeshResult)>>>,
     version: AtomicU64,
 }
 
@@ -26,6 +29,10 @@ struct TerrainKey {
     holes: bool,
 }
 
+/// Most meshes that are kept of one node: a set of faces that is shared below different coordinates has one for each.
+const MESHES: usize = 8;
+
+type MeshResult = Result<Arc<FaceMesh>, ShapeError>;
 type TerrainResult = Result<Arc<Terrain>, HeightFieldError>;
 
 fn map(image: &Image, void_sample: Option<f64>, holes: bool) -> Result<HeightField, HeightFieldError> {
@@ -82,6 +89,36 @@ impl Resources {
             };
             terrains.insert(TerrainKey { image: image.id(), ..key }, made);
         }
+    }
+
+    /// The mesh of a set of faces; made when nothing that it depends on is what it was.
+    pub(crate) fn mesh(
+        &self,
+        key: Option<NodeKey>,
+        inputs: MeshInputs,
+        make: impl FnOnce(&MeshInputs) -> Result<FaceMesh, ShapeError>,
+    ) -> MeshResult {
+        let Some(key) = key else { return make(&inputs).map(Arc::new) };
+        let meshes = || self.meshes.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = |(known, mesh): &(MeshInputs, MeshResult)| known.same(&inputs).then(|| mesh.clone());
+        if let Some(mesh) = meshes().get(&key).and_then(|kept| kept.iter().find_map(found)) {
+            return mesh;
+        }
+        // Made without the lock: others go on, and two that make the same make it equal.
+        let mesh = make(&inputs).map(Arc::new);
+        let mut meshes = meshes();
+        let kept = meshes.entry(key).or_default();
+        kept.retain(|(known, _)| !known.outdated_by(&inputs));
+        if kept.len() >= MESHES {
+            drop(kept.remove(0));
+        }
+        kept.push((inputs, mesh.clone()));
+        mesh
+    }
+
+    /// Forgets what was made of a node that is gone.
+    pub(crate) fn forget_node(&self, key: NodeKey) {
+        self.meshes.lock().unwrap_or_else(PoisonError::into_inner).remove(&key);
     }
 
     /// Number of images decoded so far.

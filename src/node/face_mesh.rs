@@ -1,0 +1,444 @@
+//! What sets of faces are made into: triangles with normals and texture coordinates, their box and their tree of boxes.
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
+
+use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
+
+use glam::{DAffine3, DVec2, DVec3};
+
+use super::{
+    Binding, FaceDetail, FaceType, HitDetail, List, PropertyNode, ShapeHints, ShapeHit, Triangle, VertexOrdering,
+    VertexProperty,
+};
+use crate::action::{
+    Aabb, Bvh, Crossings, DrawContext, DrawOptions, Geometry, GeometryKind, Mesh, PropertyContext, Ray, ShapeContext,
+    ShapeError, meet_triangle,
+};
+use crate::scene::NodeKey;
+
+/// All that a mesh is made of beside the fields of its own node.
+#[derive(Debug, Clone)]
+pub(crate) struct MeshInputs {
+    version: Option<u64>,
+    pub(super) coordinates: List<DVec3>,
+    pub(super) normals: List<DVec3>,
+    pub(super) normal_binding: Binding,
+    pub(super) texture_coordinates: List<DVec2>,
+    hints: ShapeHints,
+}
+
+impl MeshInputs {
+    /// Whether a mesh made of the others is the same. Lists are compared by identity, which is quick; equal lists elsewhere
+    /// in memory make a mesh once more.
+    pub(crate) fn same(&self, other: &Self) -> bool {
+        self.version == other.version
+            && self.coordinates.same(&other.coordinates)
+            && self.normals.same(&other.normals)
+            && self.normal_binding == other.normal_binding
+            && self.texture_coordinates.same(&other.texture_coordinates)
+            && self.hints == other.hints
+    }
+}
+
+impl MeshInputs {
+    /// Whether it belongs to an older state of the node than the other.
+    pub(crate) fn outdated_by(&self, newer: &Self) -> bool {
+        self.version < newer.version
+    }
+}
+
+/// A corner of a face: the indices of what belongs to it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Corner {
+    pub(super) point: i64,
+    /// For bindings per vertex.
+    pub(super) normal: i64,
+    pub(super) texture: i64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct MeshTriangle {
+    points: [u32; 3],
+    normals: [u32; 3],
+    uvs: [u32; 3],
+    face: u32,
+    part: u32,
+}
+
+/// A set of faces, ready for all questions. The tree of boxes and what the GPU gets are made when they are needed first.
+#[derive(Debug, Default)]
+pub(crate) struct FaceMesh {
+    points: List<DVec3>,
+    normals: List<DVec3>,
+    uvs: List<DVec2>,
+    triangles: Vec<MeshTriangle>,
+    bounds: Option<Aabb>,
+    bvh: OnceLock<Bvh>,
+    drawn: OnceLock<Option<(DVec3, Arc<Mesh>)>>,
+}
+
+impl FaceMesh {
+    /// The mesh of a set of faces at its place: the one made before if nothing that it depends on has changed.
+    ///
+    /// `build` hands the faces to the builder.
+    pub(super) fn of(
+        cx: &ShapeContext<'_>,
+        build: impl FnOnce(&mut Builder) -> Result<(), ShapeError>,
+    ) -> Result<Arc<FaceMesh>, ShapeError> {
+        let key = cx.path.tail();
+        let inputs = inputs(cx, key);
+        cx.scene.resources().mesh(key, inputs, |inputs| {
+            let mut builder = Builder::new(inputs);
+            build(&mut builder)?;
+            builder.finish()
+        })
+    }
+
+    pub(super) fn bounds(&self) -> Option<Aabb> {
+        self.bounds
+    }
+
+    pub(super) fn primitives(&self, sink: &mut dyn FnMut(Triangle)) {
+        for t in &self.triangles {
+            sink(self.triangle(t));
+        }
+    }
+
+    fn triangle(&self, t: &MeshTriangle) -> Triangle {
+        Triangle {
+            points: self.corners(t),
+            normals: t.normals.map(|k| self.normals.get(k as usize).copied().unwrap_or(DVec3::Z)),
+            uvs: t.uvs.map(|k| self.uvs.get(k as usize).copied().unwrap_or_default()),
+        }
+    }
+
+    fn corners(&self, t: &MeshTriangle) -> [DVec3; 3] {
+        t.points.map(|k| self.points.get(k as usize).copied().unwrap_or_default())
+    }
+
+    pub(super) fn ray(&self, ray: &Ray, first: bool, hits: &mut Vec<ShapeHit>) {
+        let bvh = self.bvh.get_or_init(|| {
+            let boxes: Vec<Aabb> = self
+                .triangles
+                .iter()
+                .map(|t| {
+                    let [a, b, c] = self.corners(t);
+                    Aabb { min: a.min(b).min(c), max: a.max(b).max(c) }
+                })
+                .collect();
+            Bvh::new(&boxes)
+        });
+        // By number of the triangle, so that the answer does not depend on the tree.
+        let mut found = Vec::new();
+        bvh.ray(ray, |index, far| {
+            let Some(t) = self.triangles.get(index as usize) else { return far };
+            match meet_triangle(ray, self.corners(t)) {
+                Some(meeting) if meeting.t <= far => {
+                    if first {
+                        found.retain(|(_, m): &(u32, crate::action::Meeting)| m.t <= meeting.t);
+                    }
+                    found.push((index, meeting));
+                    if first { meeting.t } else { far }
+                }
+                _ => far,
+            }
+        });
+        found.sort_unstable_by_key(|(index, _)| *index);
+        let mut crossings = Crossings::default();
+        for (index, meeting) in found {
+            let Some(t) = self.triangles.get(index as usize) else { continue };
+            let triangle = self.triangle(t);
+            if crossings.is_new(triangle.points, &meeting) {
+                let detail = HitDetail::Face(FaceDetail {
+                    face: t.face as usize,
+                    part: t.part as usize,
+                    points: t.points.map(|k| k as usize),
+                    barycentric: meeting.weights,
+                });
+                hits.push(ShapeHit { detail, ..meeting.hit(&triangle) });
+                if first {
+                    return;
+                }
+            }
+        }
+    }
+
+    pub(super) fn draw(&self, cx: &mut DrawContext<'_>) {
+        let drawn = self.drawn.get_or_init(|| {
+            // Relative to a corner, so that a mesh with large local coordinates keeps its digits.
+            let anchor = self.corners(self.triangles.first()?).first().copied()?;
+            let mut mesh = Mesh { positions: Vec::new(), normals: Vec::new(), triangles: Vec::new() };
+            let mut known: HashMap<(u32, u32), u32> = HashMap::new();
+            for t in &self.triangles {
+                let triangle = self.triangle(t);
+                let mut corners = [0; 3];
+                let given = t.points.into_iter().zip(t.normals).zip(triangle.points.into_iter().zip(triangle.normals));
+                for (corner, (key, (point, normal))) in corners.iter_mut().zip(given) {
+                    *corner = *known.entry(key).or_insert_with(|| {
+                        mesh.positions.push((point - anchor).as_vec3());
+                        mesh.normals.push(normal.as_vec3());
+                        mesh.positions.len() as u32 - 1
+                    });
+                }
+                mesh.triangles.push(corners);
+            }
+            Some((anchor, Arc::new(mesh)))
+        });
+        if let Some((anchor, mesh)) = drawn {
+            let options = DrawOptions::plain(GeometryKind::Mesh);
+            cx.draw(Geometry::Mesh(Arc::clone(mesh)), &DAffine3::from_translation(*anchor), options);
+        }
+    }
+}
+
+fn inputs(cx: &ShapeContext<'_>, key: Option<NodeKey>) -> MeshInputs {
+    let own = key.and_then(|key| cx.scene.children(key).first().copied());
+    let own = own.and_then(|key| Some((key, cx.scene.get::<VertexProperty>(key)?)));
+    let version = key.and_then(|key| cx.scene.subtree_version(key));
+    let of = |state: &crate::action::State| MeshInputs {
+        version,
+        coordinates: state.coordinates.clone(),
+        normals: state.normals.clone(),
+        normal_binding: state.normal_binding,
+        texture_coordinates: state.texture_coordinates.clone(),
+        hints: state.shape_hints.clone(),
+    };
+    match own {
+        Some((key, property)) => {
+            let mut state = cx.state.clone();
+            property.apply(&mut state, &PropertyContext { scene: cx.scene, key });
+            of(&state)
+        }
+        None => of(cx.state),
+    }
+}
+
+/// Takes faces and makes the mesh.
+pub(super) struct Builder<'i> {
+    inputs: &'i MeshInputs,
+    triangles: Vec<MeshTriangle>,
+    /// A normal per face, for those that are worked out.
+    face_normals: Vec<DVec3>,
+    polygon: Vec<[u32; 3]>,
+}
+
+impl<'i> Builder<'i> {
+    fn new(inputs: &'i MeshInputs) -> Self {
+        Self { inputs, triangles: Vec::new(), face_normals: Vec::new(), polygon: Vec::new() }
+    }
+
+    /// Number of points that faces may refer to.
+    pub(super) fn points(&self) -> usize {
+        self.inputs.coordinates.len()
+    }
+
+    /// What the normals belong to.
+    pub(super) fn binding(&self) -> Binding {
+        self.inputs.normal_binding
+    }
+
+    /// Adds a face. `indices`: the field that its corners come from, for messages. `normal`: index of its normal, where
+    /// normals belong to faces or parts.
+    pub(super) fn face(
+        &mut self,
+        indices: &'static str,
+        face: usize,
+        part: usize,
+        normal: i64,
+        corners: &[Corner],
+    ) -> Result<(), ShapeError> {
+        let MeshInputs { coordinates, normals, normal_binding, texture_coordinates, hints, .. } = self.inputs;
+        self.polygon.clear();
+        let mut around = DVec3::ZERO;
+        for corner in corners {
+            let point =
+                index(corner.point, coordinates.len(), indices, face, "points", "Coordinate3 or a vertex_property")?;
+            let normal = match normal_binding {
+                _ if normals.is_empty() => 0,
+                Binding::Overall => 0,
+                Binding::PerVertex | Binding::PerVertexIndexed => {
+                    index(corner.normal, normals.len(), "normal_index", face, "normals", "Normal")?
+                }
+                _ => index(normal, normals.len(), "normal_index", face, "normals", "Normal")?,
+            };
+            let uv = match texture_coordinates.is_empty() {
+                true => point,
+                false => index(
+                    corner.texture,
+                    texture_coordinates.len(),
+                    "texture_coord_index",
+                    face,
+                    "texture coordinates",
+                    "TextureCoordinate2",
+                )?,
+            };
+            self.polygon.push([point, normal, uv]);
+        }
+        let at = |corner: &[u32; 3]| coordinates.get(corner[0] as usize).copied().unwrap_or_default();
+        let Some(&start) = self.polygon.first() else { return Ok(()) };
+        // Newell's normal of a polygon, relative to a corner so that digits are not lost far from the origin.
+        for pair in self.polygon.windows(2) {
+            if let [a, b] = pair {
+                around += (at(a) - at(&start)).cross(at(b) - at(&start));
+            }
+        }
+        let clockwise = hints.vertex_ordering == VertexOrdering::Clockwise;
+        if normals.is_empty() {
+            let outwards = if clockwise { -around } else { around };
+            // A face without area has no normal of its own.
+            let unit = crate::action::unit(outwards).unwrap_or(DVec3::Z);
+            let number = self.face_normals.len() as u32;
+            self.face_normals.push(unit);
+            for corner in &mut self.polygon {
+                corner[1] = number;
+            }
+        }
+        let flat = |cut: [usize; 3], polygon: &[[u32; 3]]| {
+            let [a, b, c] = cut.map(|k| polygon.get(k).copied().unwrap_or(start));
+            let [a, b, c] = if clockwise { [a, c, b] } else { [a, b, c] };
+            let of = |k: usize| [a, b, c].map(|corner| corner.get(k).copied().unwrap_or_default());
+            MeshTriangle { points: of(0), normals: of(1), uvs: of(2), face: face as u32, part: part as u32 }
+        };
+        if hints.face_type == FaceType::UnknownFaceType && self.polygon.len() > 3 {
+            let points: Vec<DVec3> = self.polygon.iter().map(at).collect();
+            for cut in ears(&points, around) {
+                self.triangles.push(flat(cut, &self.polygon));
+            }
+        } else {
+            for k in 2..self.polygon.len() {
+                self.triangles.push(flat([0, k - 1, k], &self.polygon));
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<FaceMesh, ShapeError> {
+        let Self { inputs, mut triangles, face_normals, .. } = self;
+        let points = inputs.coordinates.clone();
+        let used = || triangles.iter().flat_map(|t| t.points).filter_map(|k| points.get(k as usize).copied());
+        let bounds = Aabb::of(used());
+        let normals = if inputs.normals.is_empty() {
+            let crease = inputs.hints.crease_angle;
+            if crease > 0.0 { smooth(&mut triangles, &face_normals, points.len(), crease) } else { face_normals.into() }
+        } else {
+            inputs.normals.iter().map(|&n| crate::action::unit(n).unwrap_or(DVec3::Z)).collect()
+        };
+        let uvs = if inputs.texture_coordinates.is_empty() {
+            box_coordinates(&points, bounds)
+        } else {
+            inputs.texture_coordinates.clone()
+        };
+        Ok(FaceMesh { points, normals, uvs, triangles, bounds, ..FaceMesh::default() })
+    }
+}
+
+/// An index into a list, or what is wrong with it.
+fn index(
+    value: i64,
+    len: usize,
+    field: &'static str,
+    face: usize,
+    what: &str,
+    where_from: &str,
+) -> Result<u32, ShapeError> {
+    match u32::try_from(value) {
+        Ok(index) if (index as usize) < len => Ok(index),
+        _ if len == 0 => Err(ShapeError::Field {
+            field,
+            message: format!("face {face} needs {what}, and there are none: put {where_from} before it"),
+        }),
+        _ => Err(ShapeError::Field {
+            field,
+            message: format!(
+                "face {face} refers to number {value} of the {what}: there are {len}, from 0 to {}",
+                len - 1
+            ),
+        }),
+    }
+}
+
+/// Normals at corners: the mean of those of the faces around a point that meet the corner's own face at less than the crease
+/// angle.
+fn smooth(triangles: &mut [MeshTriangle], faces: &[DVec3], points: usize, crease: f64) -> List<DVec3> {
+    // The faces around each point, one after the other; a face of several triangles counts once.
+    let mut around: Vec<Vec<u32>> = vec![Vec::new(); points];
+    for t in triangles.iter() {
+        for (point, face) in t.points.into_iter().zip(t.normals) {
+            if let Some(list) = around.get_mut(point as usize)
+                && !list.contains(&face)
+            {
+                list.push(face);
+            }
+        }
+    }
+    let of = |face: u32| faces.get(face as usize).copied().unwrap_or(DVec3::Z);
+    let limit = crease.cos();
+    let mut made: HashMap<(u32, u32), u32> = HashMap::new();
+    let mut normals = Vec::new();
+    for t in triangles.iter_mut() {
+        for (point, normal) in t.points.into_iter().zip(&mut t.normals) {
+            let face = *normal;
+            *normal = *made.entry((point, face)).or_insert_with(|| {
+                let own = of(face);
+                let list = around.get(point as usize).map_or(&[][..], Vec::as_slice);
+                let sum = list.iter().map(|&f| of(f)).filter(|n| n.dot(own) >= limit).sum();
+                normals.push(crate::action::unit(sum).unwrap_or(own));
+                normals.len() as u32 - 1
+            });
+        }
+    }
+    normals.into()
+}
+
+/// Open Inventor's default texture coordinates: s along the longest side of the box from 0 to 1, t along the second longest in
+/// the same scale.
+fn box_coordinates(points: &[DVec3], bounds: Option<Aabb>) -> List<DVec2> {
+    let Some(bounds) = bounds else { return List::default() };
+    let size = bounds.size();
+    let mut axes = [0, 1, 2];
+    // Stable: equal sides in the order x, y, z.
+    axes.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
+    let [s, t, _] = axes;
+    let scale = if size[s] > 0.0 { 1.0 / size[s] } else { 0.0 };
+    points.iter().map(|&p| DVec2::new(p[s] - bounds.min[s], p[t] - bounds.min[t]) * scale).collect()
+}
+
+/// Cuts a polygon into triangles, one ear after the other (Meisters, "Polygons have ears", 1975). `around` is its normal. What is
+/// no simple polygon is cut somehow, in as many triangles.
+fn ears(points: &[DVec3], around: DVec3) -> Vec<[usize; 3]> {
+    // Seen along the axis that the normal follows most, the polygon keeps its turns.
+    let a = around.abs();
+    let flat: Vec<DVec2> = points
+        .iter()
+        .map(|p| match () {
+            () if a.x >= a.y && a.x >= a.z => DVec2::new(p.y, p.z) * DVec2::new(around.x.signum(), 1.0),
+            () if a.y >= a.z => DVec2::new(p.z, p.x) * DVec2::new(around.y.signum(), 1.0),
+            () => DVec2::new(p.x, p.y) * DVec2::new(around.z.signum(), 1.0),
+        })
+        .collect();
+    let at = |k: usize| flat.get(k).copied().unwrap_or_default();
+    let turn = |a: DVec2, b: DVec2, c: DVec2| (b - a).perp_dot(c - a);
+    let mut left: Vec<usize> = (0..points.len()).collect();
+    let mut found = Vec::with_capacity(points.len());
+    while left.len() > 3 {
+        let n = left.len();
+        let corner = |k: usize| left.get(k % n).copied().unwrap_or_default();
+        let ear = (0..n).find(|&k| {
+            let [a, b, c] = [k + n - 1, k, k + 1].map(|k| at(corner(k)));
+            turn(a, b, c) > 0.0
+                && left
+                    .iter()
+                    .map(|&k| at(k))
+                    .filter(|p| *p != a && *p != b && *p != c)
+                    .all(|p| turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0)
+        });
+        // Without an ear the rest is flat or crosses itself.
+        let k = ear.unwrap_or(1);
+        found.push([corner(k + n - 1), corner(k), corner(k + 1)]);
+        left.remove(k);
+    }
+    if let [a, b, c] = left.as_slice() {
+        found.push([*a, *b, *c]);
+    }
+    found
+}
