@@ -11,6 +11,7 @@ mod camera;
 mod cameras;
 mod error;
 mod frame;
+mod index;
 mod matrix;
 mod ray;
 mod ray_pick;
@@ -34,6 +35,7 @@ pub use frame::{
     ColorMap, DebugColor, Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh, Statistics, SurfaceMaterial,
     TerrainDraw, linear_color, linear_from_srgb,
 };
+pub(crate) use index::{Index, IndexCache};
 pub use matrix::MatrixAction;
 pub(crate) use ray::{Crossings, Meeting, meet_triangle};
 pub use ray::{Ray, RayError, intersect_triangle};
@@ -42,8 +44,8 @@ pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::{Interest, SearchAction};
 pub(crate) use state::normal_matrix;
 pub use state::{
-    Branches, GroupContext, PlacedLight, PlacedPlane, Program, PropertyContext, ShapeContext, State, TextureBinding,
-    TextureSource,
+    Branches, Extensions, GroupContext, PlacedLight, PlacedPlane, Program, PropertyContext, ShapeContext, State,
+    TextureBinding, TextureSource,
 };
 pub use view::{View, ViewStatistics};
 pub use viewpoint::{Lens, Viewpoint};
