@@ -82,10 +82,21 @@ fn wrong_usage_has_exit_status_2() {
 #[test]
 fn help_names_all_commands() {
     let help = good(&["--help"]);
-    for command in ["render", "pick", "sight", "bbox", "check", "tree", "generate"] {
+    for command in ["render", "pick", "sight", "bbox", "check", "tree", "generate", "nodes"] {
         assert!(help.contains(command), "{help}");
         assert!(good(&[command, "--help"]).contains("Usage"));
     }
+}
+
+#[test]
+fn nodes_are_described() {
+    assert!(good(&["nodes"]).lines().any(|line| line.starts_with("Cube ") && line.contains("shape")));
+    assert!(good(&["nodes", "Cube"]).contains("| `width` | number | `2.0` |"));
+    let cube = json(&["nodes", "Cube", "--json"]);
+    assert_eq!((&cube["kind"], &cube["fields"][0]["name"]), (&"Cube".into(), &"width".into()));
+    let all = json(&["nodes", "--json"]);
+    assert!(all.as_array().is_some_and(|all| all.len() > 40));
+    assert!(bad(2, &["nodes", "Cub"]).contains("did you mean `Cube`?"));
 }
 
 #[test]

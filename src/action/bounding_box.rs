@@ -56,7 +56,8 @@ impl BoundingBoxAction {
     ///
     /// When a shape can not be had.
     pub fn apply(&self, scene: &Scene) -> Result<Option<Aabb>, ActionError> {
-        self.bounds_in(scene, &DAffine3::IDENTITY)
+        let known = scene.index().filter(|_| self.path.is_none()).and_then(|index| index.bounds());
+        known.map_or_else(|| self.bounds_in(scene, &DAffine3::IDENTITY), Ok)
     }
 
     /// The box with its matrix: along the axes of the first shape's own coordinates or along those of the world, whichever is

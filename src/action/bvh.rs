@@ -4,6 +4,8 @@
 //! 2007), in f64. Boxes are grown by more than what rounding can move a hit, so that the tree never hides one.
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use super::{Aabb, Ray};
@@ -63,16 +65,27 @@ impl Bvh {
         Self { nodes, order }
     }
 
+    fn entries_of(&self, leaf: &BvhNode) -> &[u32] {
+        let first = leaf.first as usize;
+        self.order.get(first..first + leaf.count as usize).unwrap_or_default()
+    }
+
     /// Calls `visit` with the entries whose boxes the ray meets in its range, in about the order of the ray. What it returns
     /// becomes the end of the range.
     #[inline]
-    pub(crate) fn ray(&self, ray: &Ray, mut visit: impl FnMut(u32, f64) -> f64) {
-        let Some(root) = self.nodes.first() else { return };
-        let inverse = ray.direction.recip();
+    pub(crate) fn ray(&self, ray: &Ray, visit: impl FnMut(u32, f64) -> f64) {
         // A hit is computed from differences to the origin with a handful of roundings, each of half an EPSILON of numbers
         // that are not larger than those of box and origin together: 16 of them are more than all of these.
+        self.ray_with(ray, 16.0, visit);
+    }
+
+    /// [`Bvh::ray`] with boxes grown by so many EPSILON of the sizes in play.
+    #[inline]
+    pub(crate) fn ray_with(&self, ray: &Ray, slack: f64, mut visit: impl FnMut(u32, f64) -> f64) {
+        let Some(root) = self.nodes.first() else { return };
+        let inverse = ray.direction.recip();
         let size = root.bounds.min.abs().max(root.bounds.max.abs());
-        let slack = (size + ray.origin.abs()) * (16.0 * f64::EPSILON);
+        let slack = (size + ray.origin.abs()) * (slack * f64::EPSILON);
         let mut far = ray.far;
         let enter = |bounds: &Aabb, far: f64| {
             let a = (bounds.min - slack - ray.origin) * inverse;
@@ -92,8 +105,7 @@ impl Bvh {
             let mut next = None;
             match node {
                 Some(node) if node.count > 0 => {
-                    let first = node.first as usize;
-                    for &entry in self.order.get(first..first + node.count as usize).unwrap_or_default() {
+                    for &entry in self.entries_of(node) {
                         far = visit(entry, far);
                     }
                 }
@@ -125,6 +137,84 @@ impl Bvh {
             }
             let Some(found) = next else { return };
             (at, low) = found;
+        }
+    }
+}
+
+/// A tree of boxes whose boxes may change.
+#[derive(Debug, Default)]
+pub(crate) struct BoxTree {
+    bvh: Bvh,
+    /// What the entries of the tree are called outside.
+    ids: Vec<usize>,
+    boxes: Vec<Aabb>,
+    /// The entry of each name.
+    entries: HashMap<usize, u32>,
+    /// The leaf of each entry, and the parent of each node; the root is its own.
+    leaves: Vec<u32>,
+    parents: Vec<u32>,
+}
+
+impl BoxTree {
+    /// The tree over boxes with names.
+    pub(crate) fn new(boxes: impl Iterator<Item = (usize, Aabb)>) -> Self {
+        let (ids, boxes): (Vec<usize>, Vec<Aabb>) = boxes.unzip();
+        let bvh = Bvh::new(&boxes);
+        let entries = ids.iter().zip(0..).map(|(&id, entry)| (id, entry)).collect();
+        let (mut leaves, mut parents) = (vec![0; boxes.len()], vec![0; bvh.nodes.len()]);
+        for (at, node) in bvh.nodes.iter().enumerate() {
+            if node.count > 0 {
+                for &entry in bvh.entries_of(node) {
+                    if let Some(leaf) = leaves.get_mut(entry as usize) {
+                        *leaf = at as u32;
+                    }
+                }
+            } else {
+                for child in [at + 1, node.first as usize] {
+                    if let Some(parent) = parents.get_mut(child) {
+                        *parent = at as u32;
+                    }
+                }
+            }
+        }
+        Self { bvh, ids, boxes, entries, leaves, parents }
+    }
+
+    /// The box around all.
+    pub(crate) fn bounds(&self) -> Option<Aabb> {
+        self.bvh.nodes.first().map(|root| root.bounds)
+    }
+
+    /// [`Bvh::ray_with`] with names.
+    pub(crate) fn ray(&self, ray: &Ray, slack: f64, mut visit: impl FnMut(usize, f64) -> f64) {
+        self.bvh.ray_with(ray, slack, |entry, far| self.ids.get(entry as usize).map_or(far, |&id| visit(id, far)));
+    }
+
+    /// Gives entries other boxes. The nodes above get exactly the boxes that a new tree would have around the same entries.
+    pub(crate) fn refit(&mut self, boxes: impl Iterator<Item = (usize, Aabb)>) {
+        for (id, bounds) in boxes {
+            let Some(&entry) = self.entries.get(&id) else { continue };
+            if let Some(slot) = self.boxes.get_mut(entry as usize) {
+                *slot = bounds;
+            }
+            let mut at = self.leaves.get(entry as usize).copied().unwrap_or(0) as usize;
+            while let Some(&node) = self.bvh.nodes.get(at) {
+                let around = if node.count > 0 {
+                    let of = |entry: &u32| self.boxes.get(*entry as usize).copied();
+                    self.bvh.entries_of(&node).iter().filter_map(of).reduce(|a, b| a.union(&b))
+                } else {
+                    let of = |child: usize| self.bvh.nodes.get(child).map(|child| child.bounds);
+                    of(at + 1).zip(of(node.first as usize)).map(|(a, b)| a.union(&b))
+                };
+                let Some(around) = around.filter(|around| *around != node.bounds) else { break };
+                if let Some(node) = self.bvh.nodes.get_mut(at) {
+                    node.bounds = around;
+                }
+                match self.parents.get(at) {
+                    Some(&parent) if parent as usize != at => at = parent as usize,
+                    _ => break,
+                }
+            }
         }
     }
 }

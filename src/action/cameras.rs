@@ -59,6 +59,9 @@ impl<'s> Cameras<'s> {
         if let Some((_, view)) = found().iter().find(|(known, _)| known.as_deref() == name) {
             return Ok(*view);
         }
+        if name.is_none() && self.scene.index().is_some_and(|index| !index.has_camera()) {
+            return Err(ActionError::NoCamera);
+        }
         let camera = find_camera(self.scene, name)?;
         // The lock is not held meanwhile: the walk asks shapes that may be defined anywhere.
         let bounds = self.bounds()?;

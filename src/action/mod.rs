@@ -12,6 +12,7 @@ mod cameras;
 mod error;
 mod frame;
 mod ground;
+mod index;
 mod matrix;
 mod ray;
 mod ray_pick;
@@ -36,6 +37,7 @@ pub use frame::{
     TerrainDraw, linear_color, linear_from_srgb,
 };
 pub use ground::GroundPoint;
+pub(crate) use index::{Index, IndexCache};
 pub use matrix::MatrixAction;
 pub(crate) use ray::{Crossings, Meeting, meet_triangle};
 pub use ray::{Ray, RayError, intersect_triangle};
@@ -44,8 +46,8 @@ pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::{Interest, SearchAction};
 pub(crate) use state::normal_matrix;
 pub use state::{
-    Branches, GroupContext, PlacedLight, PlacedPlane, Program, PropertyContext, ShapeContext, State, TextureBinding,
-    TextureSource,
+    Branches, Extensions, GroupContext, PlacedLight, PlacedPlane, Program, PropertyContext, ShapeContext, State,
+    TextureBinding, TextureSource,
 };
 pub use view::{View, ViewStatistics};
 pub use viewpoint::{Lens, Viewpoint};

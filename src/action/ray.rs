@@ -182,22 +182,23 @@ impl Crossings {
     /// Whether the ray is met here for the first time.
     pub(crate) fn is_new(&mut self, points: [DVec3; 3], meeting: &Meeting) -> bool {
         let [a, b, c] = points;
-        let ends = match meeting.on {
-            [false, false, false] => return true,
-            [true, false, false] => [b, c],
-            [false, true, false] => [c, a],
-            [false, false, true] => [a, b],
-            [false, true, true] => [a, a],
-            [true, false, true] => [b, b],
-            _ => [c, c],
-        };
-        let [p, q] = ends;
-        let first_is_less = p.to_array().partial_cmp(&q.to_array()).is_none_or(std::cmp::Ordering::is_le);
-        let ends = if first_is_less { [p, q] } else { [q, p] };
-        let new = !self.found.contains(&ends);
-        if new {
-            self.found.push(ends);
+        let [p, q, r] = meeting.on;
+        // Rounding may let a ray beside a corner seem to go through both edges there: the neighbours across either of them
+        // see theirs, those around a true corner the corner.
+        let features = [
+            p.then_some([b, c]),
+            q.then_some([c, a]),
+            r.then_some([a, b]),
+            (q && r).then_some([a, a]),
+            (r && p).then_some([b, b]),
+            (p && q).then_some([c, c]),
+        ];
+        let start = self.found.len();
+        for [p, q] in features.into_iter().flatten() {
+            let in_order = p.to_array().partial_cmp(&q.to_array()).is_none_or(std::cmp::Ordering::is_le);
+            self.found.push(if in_order { [p, q] } else { [q, p] });
         }
-        new
+        let (before, now) = self.found.split_at(start);
+        !now.iter().any(|feature| before.contains(feature))
     }
 }

@@ -1,13 +1,16 @@
 //! Where a ray meets the scene.
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
+use std::cmp::Ordering;
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec2, DVec3};
 
 use super::camera::unit;
 use super::render::find_camera;
 use super::walk::{Go, Visitor, walk};
-use super::{Aabb, ActionError, Branches, Cameras, Lens, Ray, ShapeContext, State, View, Viewpoint};
-use crate::node::{Cube, HitDetail, PickStyleKind, ShapeHit, ShapeNode};
+use super::{Aabb, ActionError, Branches, Cameras, Index, Lens, Ray, ShapeContext, State, View, Viewpoint};
+use crate::node::{Cube, HitDetail, PickStyleKind, Role, ShapeHit, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
 
 /// What to pick along.
@@ -172,7 +175,8 @@ impl RayPickAction {
             }
             None => (None, None),
         };
-        Ok(Picker { scene, surface: self.surface, viewpoint, cameras, frozen: None, limits })
+        let index = scene.index();
+        Ok(Picker { scene, surface: self.surface, viewpoint, cameras, frozen: None, limits, index })
     }
 
     /// The picker for what is shown in a view: while the view is frozen it picks the detail that is drawn there.
@@ -195,6 +199,7 @@ pub struct Picker<'s> {
     frozen: Option<&'s View>,
     /// Near and far as the camera's node gives them.
     limits: (Option<f64>, Option<f64>),
+    index: Option<Arc<Index>>,
 }
 
 impl Picker<'_> {
@@ -253,14 +258,31 @@ impl Picker<'_> {
     ) -> Result<Vec<PickedPoint>, ActionError> {
         let far = [ray.far; 2];
         let mut pick = Pick { picker: self, ray: *ray, far, all, wanted, local: Vec::new(), found: Vec::new() };
-        walk(self.scene, Branches::Seen(self.viewpoint.as_ref()), &mut pick)?;
+        if !pick.indexed()? {
+            walk(self.scene, Branches::Seen(self.viewpoint.as_ref()), &mut pick)?;
+        }
         let mut found = pick.found;
-        found.sort_by(|a, b| b.on_top.cmp(&a.on_top).then(a.distance.total_cmp(&b.distance)));
+        found.sort_by(order);
         if !all {
             found.truncate(1);
         }
         Ok(found)
     }
+}
+
+/// The order of hits: those on top first, then by distance; at one distance in the order of the walk. Copies of one shape that
+/// meet are told apart by what was hit, so that the order never depends on how it was found.
+fn order(a: &PickedPoint, b: &PickedPoint) -> Ordering {
+    let by_numbers = |a: DVec3, b: DVec3| {
+        let pairs = a.to_array().into_iter().zip(b.to_array());
+        pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+    };
+    b.on_top
+        .cmp(&a.on_top)
+        .then(a.distance.total_cmp(&b.distance))
+        .then_with(|| a.path.indices().cmp(b.path.indices()))
+        .then_with(|| by_numbers(a.point, b.point))
+        .then_with(|| by_numbers(a.normal, b.normal))
 }
 
 struct Pick<'p, 's> {
@@ -272,6 +294,30 @@ struct Pick<'p, 's> {
     wanted: fn(&HitDetail) -> bool,
     local: Vec<ShapeHit>,
     found: Vec<PickedPoint>,
+}
+
+impl Pick<'_, '_> {
+    /// Asks the scene's index which shapes the ray may meet; false if it takes a walk.
+    fn indexed(&mut self) -> Result<bool, ActionError> {
+        let scene = self.picker.scene;
+        let Some(index) = &self.picker.index else { return Ok(false) };
+        let mut outcome = Ok(());
+        let ray = self.ray;
+        let answered = index.ray(&ray, |place| {
+            let shape = place.path.tail().and_then(|key| scene.role(key));
+            if let (Some(Role::Shape(shape)), Ok(())) = (shape, &outcome) {
+                outcome = self.shape(shape, &place.path, &place.state).map(|_| ());
+            }
+            match (self.all, index.on_top()) {
+                (true, _) => ray.far,
+                (_, on_top) => {
+                    let [below, top] = self.far;
+                    if on_top { below.max(top) } else { below }
+                }
+            }
+        });
+        outcome.map(|()| answered)
+    }
 }
 
 impl Visitor for Pick<'_, '_> {

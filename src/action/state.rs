@@ -1,6 +1,6 @@
 //! What a walk knows at a point of the graph: the sum of the properties before it.
 
-use std::any::Any;
+use std::any::{Any, TypeId};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -47,7 +47,15 @@ pub struct State {
     pub pick_style: PickStyleKind,
     /// What cuts shapes off.
     pub clip_planes: Arc<Vec<PlacedPlane>>,
+    /// What properties defined elsewhere have set; see [`State::set`].
+    pub extensions: Extensions,
 }
+
+/// Values of types that this crate does not know, one of each.
+#[derive(Debug, Clone, Default)]
+pub struct Extensions(Arc<Vec<Extension>>);
+
+type Extension = (TypeId, Arc<dyn Any + Send + Sync>);
 
 impl Default for State {
     fn default() -> Self {
@@ -69,6 +77,7 @@ impl Default for State {
             shape_hints: ShapeHints::default(),
             pick_style: PickStyleKind::default(),
             clip_planes: Arc::default(),
+            extensions: Extensions::default(),
         }
     }
 }
@@ -82,6 +91,32 @@ impl State {
     /// [`State::transform`] by a translation.
     pub fn translate(&mut self, by: DVec3) {
         self.model.translation += self.model.matrix3 * by;
+    }
+
+    /// Sets a value of a type of your own, instead of the one that was in force: what a property defined elsewhere changes.
+    pub fn set<T: Any + Send + Sync>(&mut self, value: T) {
+        let extensions = Arc::make_mut(&mut self.extensions.0);
+        extensions.retain(|(id, _)| *id != TypeId::of::<T>());
+        extensions.push((TypeId::of::<T>(), Arc::new(value)));
+    }
+
+    /// The value of a type of your own that is in force.
+    ///
+    /// ```
+    /// use seamount::action::State;
+    ///
+    /// #[derive(Debug, PartialEq)]
+    /// struct Density(f64);
+    ///
+    /// let mut state = State::default();
+    /// assert_eq!(state.get::<Density>(), None);
+    /// state.set(Density(1000.0));
+    /// assert_eq!(state.get(), Some(&Density(1000.0)));
+    /// ```
+    #[must_use]
+    pub fn get<T: Any + Send + Sync>(&self) -> Option<&T> {
+        let (_, value) = self.extensions.0.iter().find(|(id, _)| *id == TypeId::of::<T>())?;
+        value.downcast_ref()
     }
 
     pub(crate) fn set_texture(&mut self, source: Option<TextureSource>, node: NodeKey) {
@@ -274,8 +309,9 @@ impl<'a> ShapeContext<'a> {
         }
     }
 
-    /// A shape's error with its place. Errors of an image point at the texture node that asked for it.
-    pub(crate) fn error(&self, error: ShapeError) -> ActionError {
+    /// A shape's error with its place, as actions return it. Errors of an image point at the texture node that asked for it.
+    #[must_use]
+    pub fn error(&self, error: ShapeError) -> ActionError {
         let unit = self.state.program.height_unit;
         let culprit = match &error {
             ShapeError::Image(image) => self

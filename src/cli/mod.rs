@@ -5,6 +5,7 @@
 mod bbox;
 mod check;
 mod generate;
+mod nodes;
 mod pick;
 mod render;
 mod sight;
@@ -40,6 +41,7 @@ enum Command {
     Check(check::Args),
     Tree(tree::Args),
     Generate(generate::Args),
+    Nodes(nodes::Args),
 }
 
 /// Why the command ends without success.
@@ -73,6 +75,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Tree(args) => tree::run(&args),
         Command::Generate(args) => generate::run(&args),
+        Command::Nodes(args) => nodes::run(&args),
     };
     match outcome {
         // A reader such as `head` that has seen enough is no failure.

@@ -44,6 +44,7 @@ mod check;
 mod error;
 mod map;
 mod read;
+mod reference;
 mod syntax;
 mod text;
 mod write;
@@ -53,6 +54,7 @@ pub use check::check;
 pub use error::{Mistake, Problem, ReadError, WriteError};
 pub use map::{MapError, scene_of_map};
 pub use read::{parse, read_scene, read_scene_with};
+pub use reference::{describe, describe_node, plain};
 pub use write::{save_scene, write_scene};
 
 /// The version of the language that is read and written.

@@ -50,6 +50,10 @@ crate::define_node! {
     /// Acts on the shapes that follow it in the walk; a picture is taken by the first camera unless another is named. With
     /// no `position` it stands where it sees the whole scene; near and far fit the scene unless given. Picks through a
     /// pixel use it; the bounding box ignores it.
+    ///
+    /// ```ron
+    /// PerspectiveCamera(position: (0.0, -100.0, 50.0), look_at: (0.0, 0.0, 0.0))
+    /// ```
     pub struct PerspectiveCamera: property {
         /// Where the eye is, local coordinates. None: where all of the scene is in view. (Open Inventor's default is
         /// (0, 0, 1), which sees nothing of a landscape.)
@@ -88,12 +92,20 @@ impl PropertyNode for PerspectiveCamera {
         };
         place(fields, state, cx);
     }
+
+    fn moves_shapes(&self) -> bool {
+        false
+    }
 }
 
 crate::define_node! {
     /// A camera without perspective: what is far away looks as large as what is near.
     ///
     /// Otherwise as [`PerspectiveCamera`].
+    ///
+    /// ```ron
+    /// OrthographicCamera(position: (0.0, 0.0, 100.0), height: 50.0)
+    /// ```
     pub struct OrthographicCamera: property {
         /// A point of the plane from which on things are seen, in the middle of the picture, local coordinates. None: where
         /// all of the scene is in view; `height` is fitted too then.
@@ -129,5 +141,9 @@ impl PropertyNode for OrthographicCamera {
             far_distance: self.far_distance,
         };
         place(fields, state, cx);
+    }
+
+    fn moves_shapes(&self) -> bool {
+        false
     }
 }

@@ -5,6 +5,10 @@ crate::define_node! {
     /// How finely the shapes that follow are drawn, and how well their textures are filtered.
     ///
     /// Acts on `SeamlessTerrain`: read by all actions, since picks are done against what the detail chooses.
+    ///
+    /// ```ron
+    /// Complexity(value: 0.8, texture_quality: 0.9)
+    /// ```
     pub struct Complexity: property {
         /// Detail, 0..1. The allowed error is multiplied by 4^(1 − 2·value): 0.5 changes nothing, 1 asks for a quarter of
         /// the error, 0 allows four times as much.

@@ -7,6 +7,10 @@ crate::define_node! {
     /// A box around the origin, its faces along the axes.
     ///
     /// Drawn, boxed and picked as its twelve triangles, two per face.
+    ///
+    /// ```ron
+    /// Cube(width: 4.0)
+    /// ```
     pub struct Cube: shape {
         /// Length along x, local units, from 0 up.
         pub width: f64 = 2.0,

@@ -5,6 +5,10 @@ crate::define_node! {
     ///
     /// Defaults: no fields. All actions walk all children in order. Use [`Separator`](crate::node::Separator) unless the
     /// changes are meant to leave the group; forgetting this is the usual mistake.
+    ///
+    /// ```ron
+    /// Group(children: [Translation(translation: (0.0, 0.0, 10.0))])
+    /// ```
     pub struct Group: group(ChildRule::ANY) {}
 }
 

@@ -15,6 +15,10 @@ crate::define_node! {
 
 impl PropertyNode for Info {
     fn apply(&self, _: &mut State, _: &PropertyContext<'_>) {}
+
+    fn moves_shapes(&self) -> bool {
+        false
+    }
 }
 
 crate::define_node! {
@@ -31,4 +35,8 @@ crate::define_node! {
 
 impl PropertyNode for Label {
     fn apply(&self, _: &mut State, _: &PropertyContext<'_>) {}
+
+    fn moves_shapes(&self) -> bool {
+        false
+    }
 }

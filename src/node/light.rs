@@ -15,6 +15,10 @@ crate::define_node! {
     ///
     /// Read by the render action; the others ignore it. A light acts up to the end of the separator it stands in. One that
     /// is off, or has intensity 0, costs nothing.
+    ///
+    /// ```ron
+    /// DirectionalLight(direction: (1.0, 1.0, -1.0))
+    /// ```
     pub struct DirectionalLight: property {
         /// Whether it shines.
         pub on: bool = true,
@@ -45,12 +49,20 @@ impl PropertyNode for DirectionalLight {
             Arc::make_mut(&mut state.lights).push(PlacedLight::Directional { towards, color });
         }
     }
+
+    fn moves_shapes(&self) -> bool {
+        false
+    }
 }
 
 crate::define_node! {
     /// Light from a point, in all directions, on what follows; as strong far away as near.
     ///
     /// Read by the render action; the others ignore it.
+    ///
+    /// ```ron
+    /// PointLight(location: (0.0, 0.0, 100.0), intensity: 0.5)
+    /// ```
     pub struct PointLight: property {
         /// Whether it shines.
         pub on: bool = true,
@@ -71,5 +83,9 @@ impl PropertyNode for PointLight {
             let color = self.color.linear() * self.intensity;
             Arc::make_mut(&mut state.lights).push(PlacedLight::Point { position, color });
         }
+    }
+
+    fn moves_shapes(&self) -> bool {
+        false
     }
 }

@@ -62,6 +62,10 @@ impl GroupNode for Lod {
     fn restores(&self) -> Restores {
         Restores::Everything
     }
+
+    fn looks_at_camera(&self) -> bool {
+        true
+    }
 }
 
 crate::define_node! {
@@ -101,5 +105,9 @@ impl GroupNode for LevelOfDetail {
 
     fn restores(&self) -> Restores {
         Restores::Everything
+    }
+
+    fn looks_at_camera(&self) -> bool {
+        true
     }
 }

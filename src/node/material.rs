@@ -6,6 +6,10 @@ crate::define_node! {
     ///
     /// Read by the render action; the others ignore it. Without a light in the scene shapes show `diffuse_color` as it is.
     /// Highlights cost something only where `specular_color` is not black, glow only where `emissive_color` is not.
+    ///
+    /// ```ron
+    /// Material(diffuse_color: (0.2, 0.5, 0.1), shininess: 0.5)
+    /// ```
     pub struct Material: property {
         /// Reflects ambient light, sRGB 0..1.
         pub ambient_color: Color = Color::new(0.2, 0.2, 0.2),
@@ -30,5 +34,9 @@ crate::define_node! {
 impl PropertyNode for Material {
     fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
         state.material = self.clone();
+    }
+
+    fn moves_shapes(&self) -> bool {
+        false
     }
 }

@@ -196,6 +196,12 @@ pub struct FieldInfo {
 pub trait PropertyNode: Node {
     /// Changes the state.
     fn apply(&self, state: &mut State, cx: &PropertyContext<'_>);
+
+    /// Whether what it changes decides where shapes are, their boxes or where rays meet them. What says no may be edited
+    /// without boxes and picks being worked out again.
+    fn moves_shapes(&self) -> bool {
+        true
+    }
 }
 
 /// What of the State is afterwards what it was before a group.
@@ -222,6 +228,11 @@ pub trait GroupNode: Node {
     /// What of the state is afterwards what it was before.
     fn restores(&self) -> Restores {
         Restores::Nothing
+    }
+
+    /// Whether [`GroupNode::child_at`] looks at the camera, as levels of detail do.
+    fn looks_at_camera(&self) -> bool {
+        false
     }
 }
 

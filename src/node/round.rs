@@ -323,7 +323,10 @@ impl Cone {
     /// Where a ray is in the cone without end below its tip.
     fn side(&self, ray: &Ray) -> Option<Span> {
         let slope = if self.height > 0.0 { self.bottom_radius / self.height } else { return None };
-        let (o, d) = (ray.origin, ray.direction);
+        // From the nearest point on: squares of a far origin would have no digits left for the shape.
+        let d = ray.direction;
+        let start = -ray.origin.dot(d) / d.length_squared();
+        let o = ray.at(start);
         // Below the tip by s = s₀ + t·ds: inside where x² + z² − (slope·s)² ≤ 0 and s ≥ 0.
         let (s, ds) = (self.height * 0.5 - o.y, -d.y);
         let a = d.x * d.x + d.z * d.z - slope * slope * ds * ds;
@@ -333,10 +336,14 @@ impl Cone {
         let below = |t: f64| s + t * ds >= 0.0;
         if a > 0.0 {
             // Both on the same half of the double cone.
-            return below(low + (high - low) * 0.5).then(|| Span::of_side(low, high));
+            return below(low + (high - low) * 0.5).then(|| Span::of_side(start + low, start + high));
         }
         // Within the half that the ray goes down into, or came down from.
-        Some(if ds > 0.0 { Span::of_side(high, f64::INFINITY) } else { Span::of_side(f64::NEG_INFINITY, low) })
+        Some(if ds > 0.0 {
+            Span::of_side(start + high, f64::INFINITY)
+        } else {
+            Span::of_side(f64::NEG_INFINITY, start + low)
+        })
     }
 }
 

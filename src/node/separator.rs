@@ -5,6 +5,10 @@ crate::define_node! {
     ///
     /// Defaults: no fields. A light, material or transform inside acts up to the end of the separator and no further.
     /// All actions walk all children in order.
+    ///
+    /// ```ron
+    /// Separator(children: [Translation(translation: (0.0, 0.0, 10.0)), Cube()])
+    /// ```
     pub struct Separator: group(ChildRule::ANY) {}
 }
 

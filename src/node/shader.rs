@@ -21,6 +21,10 @@ crate::define_node! {
     ///
     /// The built-in program knows `height_map` (in the vertex shader, unit 0 unless said otherwise) and `color_map` (in
     /// the fragment shader, unit 1): the texture units that carry heights and colours.
+    ///
+    /// ```ron
+    /// ShaderParameter(name: "color_map", value: Texture(1))
+    /// ```
     pub struct ShaderParameter: property {
         /// Name, as the shader knows it.
         pub name: String = String::new(),
@@ -56,6 +60,10 @@ const PARAMETERS: ChildRule = ChildRule { field: "parameter", only: Some(&["Shad
 
 crate::define_node! {
     /// The vertex stage of a [`ShaderProgram`]; here the built-in one with its parameters.
+    ///
+    /// ```ron
+    /// VertexShader(is_active: false)
+    /// ```
     pub struct VertexShader: property(PARAMETERS) {
         /// Whether its parameters count.
         pub is_active: bool = true,
@@ -64,6 +72,10 @@ crate::define_node! {
 
 crate::define_node! {
     /// The fragment stage of a [`ShaderProgram`]; here the built-in one with its parameters.
+    ///
+    /// ```ron
+    /// FragmentShader(is_active: false)
+    /// ```
     pub struct FragmentShader: property(PARAMETERS) {
         /// Whether its parameters count.
         pub is_active: bool = true,
@@ -82,6 +94,10 @@ crate::define_node! {
     /// The program that draws what follows: which texture unit carries what.
     ///
     /// Without one, unit 0 carries heights and unit 1 colours. Read by all actions, since heights decide bounds and picks.
+    ///
+    /// ```ron
+    /// ShaderProgram(shader_object: [VertexShader()])
+    /// ```
     pub struct ShaderProgram: property(ChildRule {
         field: "shader_object",
         only: Some(&["VertexShader", "FragmentShader"]),

@@ -10,6 +10,10 @@ crate::define_node! {
     /// Chooses the texture unit that the textures that follow are put on.
     ///
     /// With the built-in program unit 0 carries heights and unit 1 colour. Kept by all actions.
+    ///
+    /// ```ron
+    /// TextureUnit(unit: 1)
+    /// ```
     pub struct TextureUnit: property {
         /// Number of the unit.
         pub unit: u32 = 0,
@@ -39,6 +43,10 @@ crate::define_node! {
     ///
     /// The image is decoded when an action needs it first: a bounding box reads heights, but no colours. Images of heights
     /// stay at their full depth.
+    ///
+    /// ```ron
+    /// Texture2(filename: "map.png")
+    /// ```
     pub struct Texture2: property {
         /// File name, relative to the folder of the scene's file. PNG, JPEG, TIFF or PNM. Empty takes the texture away.
         pub filename: String = String::new(),

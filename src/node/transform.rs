@@ -10,6 +10,10 @@ crate::define_node! {
     /// Applied to a point in this order: move `center` to the origin, turn by the inverse of `scale_orientation`, scale by
     /// `scale_factor`, turn by `scale_orientation`, turn by `rotation`, move back by `center`, move by `translation`
     /// (Open Inventor's order). All actions apply it.
+    ///
+    /// ```ron
+    /// Transform(translation: (10.0, 0.0, 0.0), rotation: (0.0, 0.0, 1.0, 0.5))
+    /// ```
     pub struct Transform: property {
         /// Moved by this much, in units of the parent.
         pub translation: DVec3 = DVec3::ZERO,

@@ -7,9 +7,10 @@
 mod image;
 mod path;
 mod resources;
+mod sensor;
 
 use std::any::Any;
-use std::collections::{HashMap, HashSet};
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::ops::{Deref, DerefMut};
 use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
@@ -21,7 +22,9 @@ use thiserror::Error;
 pub use image::{Image, ImageError, Pixels};
 pub use path::Path;
 pub use resources::Resources;
+pub use sensor::{Sensor, Watched};
 
+use crate::action::{Index, IndexCache};
 use crate::node::{ImageRef, Node, Role, Separator, Texture2};
 use crate::terrain::SampleRect;
 
@@ -151,7 +154,15 @@ pub struct Scene {
     version: u64,
     resources: Resources,
     source: Option<PathBuf>,
+    /// The last edits: what was edited, and the version that came of it.
+    edits: VecDeque<(u64, NodeKey)>,
+    /// All edits that gave a later version are in `edits`.
+    edits_from: u64,
+    index: IndexCache,
 }
+
+/// Most edits that are remembered. Whoever asks less often looks at all of the scene again.
+const EDITS: usize = 256;
 
 static NEXT_ID: AtomicU64 = AtomicU64::new(1);
 
@@ -174,7 +185,18 @@ impl Scene {
         let mut slots = SlotMap::with_key();
         let root = slots.insert(Slot::new(Box::new(node)));
         let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
-        Self { id, slots, root, names: HashMap::new(), version: 1, resources: Resources::default(), source: None }
+        Self {
+            id,
+            slots,
+            root,
+            names: HashMap::new(),
+            version: 1,
+            resources: Resources::default(),
+            source: None,
+            edits: VecDeque::with_capacity(EDITS),
+            edits_from: 1,
+            index: IndexCache::default(),
+        }
     }
 
     /// The root of the graph.
@@ -192,6 +214,7 @@ impl Scene {
         self.slot(key)?;
         self.root = key;
         self.version += 1;
+        self.edits_from = self.version;
         Ok(())
     }
 
@@ -235,6 +258,7 @@ impl Scene {
     pub fn set_source(&mut self, path: impl Into<PathBuf>) {
         self.source = Some(path.into());
         self.version += 1;
+        self.edits_from = self.version;
     }
 
     /// A file name of the scene as a path that can be opened: relative names are relative to the scene's file.
@@ -372,6 +396,8 @@ impl Scene {
             return Err(EditError::Removed);
         };
         for parent in slot.parents {
+            // Who asks what was edited finds the node gone, but not those it is gone from.
+            self.note_edit(parent);
             if let Some(parent) = self.slots.get_mut(parent) {
                 parent.children.retain(|&c| c != key);
             }
@@ -498,9 +524,30 @@ impl Scene {
         self.slots.get(key).map(|s| s.subtree_version)
     }
 
+    /// What was edited after this version; `None` if that is not remembered.
+    pub(crate) fn edits_since(&self, version: u64) -> Option<impl Iterator<Item = NodeKey> + '_> {
+        let first = self.edits.partition_point(|&(edit, _)| edit <= version);
+        (version >= self.edits_from).then(|| self.edits.range(first..).map(|&(_, key)| key))
+    }
+
+    /// Where all shapes are, if it can be had without a walk for each question.
+    pub(crate) fn index(&self) -> Option<Arc<Index>> {
+        self.index.get(self)
+    }
+
+    fn note_edit(&mut self, key: NodeKey) {
+        if self.edits.len() >= EDITS
+            && let Some((version, _)) = self.edits.pop_front()
+        {
+            self.edits_from = version;
+        }
+        self.edits.push_back((self.version, key));
+    }
+
     fn touch(&mut self, key: NodeKey) {
         self.version += 1;
         let version = self.version;
+        self.note_edit(key);
         if let Some(slot) = self.slots.get_mut(key) {
             slot.version = version;
         }

@@ -1,0 +1,134 @@
+//! Pick styles, clip planes and the order of hits.
+
+use glam::DVec3;
+use seamount::format::parse;
+use seamount::node::Registry;
+use seamount::prelude::*;
+
+fn scene_of(nodes: &str) -> Scene {
+    let text = format!("Scene(version: 1, root: Separator(children: [{nodes}]))");
+    parse(&text, &Registry::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn down() -> Ray {
+    Ray::new(DVec3::new(0.3, 10.0, 0.2), DVec3::NEG_Y).expect("a ray")
+}
+
+fn heights(nodes: &str, all: bool) -> Vec<f64> {
+    let action = RayPickAction { all, ..RayPickAction::ray(down()) };
+    action.apply(&scene_of(nodes)).expect("a pick").iter().map(|p| p.point.y).collect()
+}
+
+#[test]
+fn styles_say_how_shapes_are_picked() {
+    let two = |style: &str| {
+        format!(
+            "Separator(children: [PickStyle(style: {style}), Translation(translation: (0.0, -5.0, 0.0)), Sphere(radius: 2.0)]), Cube()"
+        )
+    };
+    let sphere = (4.0f64 - 0.3 * 0.3 - 0.2 * 0.2).sqrt();
+    let close = |got: Vec<f64>, expected: &[f64]| {
+        assert!(
+            got.len() == expected.len() && got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12),
+            "{got:?} {expected:?}"
+        );
+    };
+    close(heights(&two("Shape"), true), &[1.0, -1.0, -5.0 + sphere, -5.0 - sphere]);
+    close(heights(&two("Unpickable"), true), &[1.0, -1.0]);
+    close(heights(&two("BoundingBox"), true), &[1.0, -1.0, -3.0, -7.0]);
+    close(heights(&two("ShapeFrontfaces"), true), &[1.0, -1.0, -5.0 + sphere]);
+    close(heights(&two("ShapeOnTop"), true), &[-5.0 + sphere, -5.0 - sphere, 1.0, -1.0]);
+    close(heights(&two("BoundingBoxOnTop"), true), &[-3.0, -7.0, 1.0, -1.0]);
+    // The first alone is the first of all, whatever comes first in the graph.
+    for style in ["Shape", "Unpickable", "BoundingBox", "ShapeFrontfaces", "ShapeOnTop", "BoundingBoxOnTop"] {
+        close(heights(&two(style), false), &heights(&two(style), true)[..1]);
+    }
+}
+
+#[test]
+fn front_faces_are_found_behind_back_faces() {
+    // Mirrored, so that normals and sides change places twice.
+    let nodes = "PickStyle(style: ShapeFrontfaces), Scale(scale_factor: (1.0, -1.0, 1.0)), Cube()";
+    assert_eq!(heights(nodes, true), [1.0]);
+    // From inside, all faces look away.
+    let inside = Ray::new(DVec3::new(0.1, 0.2, 0.3), DVec3::NEG_Y).expect("a ray");
+    assert!(RayPickAction::ray(inside).apply(&scene_of(nodes)).expect("a pick").is_empty());
+}
+
+#[test]
+fn clip_planes_add_up_and_move_with_transforms() {
+    let cut = "Translation(translation: (0.0, 0.5, 0.0)), ClipPlane(plane: (0.0, -2.0, 0.0, 0.0))";
+    let back = "Translation(translation: (0.0, -0.5, 0.0))";
+    // Kept is what is below 0.5: the top of the cube is gone.
+    assert_eq!(heights(&format!("{cut}, {back}, Cube()"), true), [-1.0]);
+    assert_eq!(heights(&format!("{cut}, {back}, Cube()"), false), [-1.0]);
+    assert_eq!(heights(&format!("{cut}, {back}, ClipPlane(plane: (0.0, 1.0, 0.0, -0.5)), Cube()"), true), [0.0; 0]);
+    assert_eq!(heights("ClipPlane(plane: (0.0, -1.0, 0.0, 0.0), on: false), Cube()", true), [1.0, -1.0]);
+    // Up to the end of the separator.
+    assert_eq!(heights(&format!("Separator(children: [{cut}]), Cube()"), true), [1.0, -1.0]);
+    // Parallel to the ray.
+    assert_eq!(heights("ClipPlane(plane: (1.0, 0.0, 0.0, 0.5)), Cube()", true), [0.0; 0]);
+    assert_eq!(heights("ClipPlane(plane: (1.0, 0.0, 0.0, 0.25)), Cube()", true), [1.0, -1.0]);
+}
+
+#[test]
+fn a_crossing_on_an_edge_or_corner_counts_once() {
+    let scene = scene_of("Cube()");
+    for (origin, direction) in [
+        // Through the middle of two faces, where their triangles meet; through two edges; through two corners.
+        (DVec3::new(0.0, 9.0, 0.0), DVec3::NEG_Y),
+        (DVec3::new(4.0, 4.0, 0.5), DVec3::new(-1.0, -1.0, 0.0)),
+        (DVec3::splat(4.0), DVec3::splat(-1.0)),
+    ] {
+        let ray = Ray::new(origin, direction).expect("a ray");
+        let hits = RayPickAction { all: true, ..RayPickAction::ray(ray) }.apply(&scene).expect("a pick");
+        assert_eq!(hits.len(), 2, "{origin}: {hits:#?}");
+    }
+}
+
+#[test]
+fn picks_in_a_large_scene_do_not_depend_on_what_was_asked_before() {
+    let build = || {
+        let mut scene = Scene::new();
+        let root = scene.root();
+        let mut moves = Vec::new();
+        for k in 0..400 {
+            let separator = scene.add(root, Separator::default()).expect("a child");
+            let translation = DVec3::new(f64::from(k % 20) * 3.0, 0.0, f64::from(k / 20) * 3.0);
+            moves.push(scene.add(separator, Translation { translation }).expect("a child"));
+            scene.add(separator, Cube::default()).expect("a child");
+        }
+        (scene, moves)
+    };
+    let ray = |k: usize| {
+        let from = DVec3::new((k % 20) as f64 * 3.0 + 0.2, 50.0, (k / 20) as f64 * 3.0 + 0.1);
+        Ray::new(from, DVec3::new(0.001, -1.0, 0.002)).expect("a ray")
+    };
+    let (mut asked, moves) = build();
+    let (mut silent, silent_moves) = build();
+    for k in 0..60 {
+        let which = k * 37 % 400;
+        let change = DVec3::new(0.0, (k % 7) as f64, 0.0);
+        asked.edit::<Translation>(moves[which]).expect("a move").translation += change;
+        silent.edit::<Translation>(silent_moves[which]).expect("a move").translation += change;
+        if k % 20 == 19 {
+            // Taken away and put back elsewhere in the order.
+            for scene in [&mut asked, &mut silent] {
+                let root = scene.root();
+                let key = scene.remove_child(root, which).expect("a child");
+                scene.insert_child(root, 0, key).expect("its place");
+            }
+        }
+        let answer = |scene: &Scene| {
+            let hits = RayPickAction { all: true, ..RayPickAction::ray(ray(which)) }.apply(scene).expect("a pick");
+            let hits: Vec<_> = hits.into_iter().map(|p| (p.point, p.path.indices().collect::<Vec<_>>())).collect();
+            (BoundingBoxAction::default().apply(scene).expect("a box"), hits)
+        };
+        // `silent` is asked for the first time at the end: what it knows then was never made before.
+        let got = answer(&asked);
+        assert!(!got.1.is_empty());
+        if k == 59 {
+            assert_eq!(got, answer(&silent));
+        }
+    }
+}
