@@ -4,6 +4,7 @@
 
 mod bbox;
 mod check;
+mod cost;
 mod generate;
 mod pick;
 mod render;
@@ -38,6 +39,7 @@ enum Command {
     Check(check::Args),
     Tree(tree::Args),
     Generate(generate::Args),
+    Cost(cost::Args),
 }
 
 /// Why the command ends without success.
@@ -70,6 +72,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Tree(args) => tree::run(&args),
         Command::Generate(args) => generate::run(&args),
+        Command::Cost(args) => cost::run(&args),
     };
     match outcome {
         // A reader such as `head` that has seen enough is no failure.

@@ -41,6 +41,8 @@ pub use light::{DirectionalLight, PointLight};
 pub use material::Material;
 pub use registry::Registry;
 pub(crate) use registry::nearest;
+#[cfg(feature = "cost")]
+pub(crate) use seamless_terrain::Placed;
 pub use seamless_terrain::{ColorMode, DetailMode, SeamlessTerrain, VoidMode, lattice_view};
 pub use separator::Separator;
 pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderValue, VertexShader};
