@@ -47,13 +47,10 @@ pub(super) fn run(args: &Args) -> Outcome {
     let mut watcher = Writing { folder, bar: None };
     watcher.begin(0, 1, &format!("reading {}", path.display()));
     let scene = load(path)?;
-    let options = Options {
-        quick: args.quick,
-        adapter: args.adapter.clone(),
-        size: args.size,
-        command: command(path, args),
-    };
-    let report = cost::run(scene, &options, &mut watcher).map_err(|e| Failure::Error(format!("{}: {e}", path.display())))?;
+    let options =
+        Options { quick: args.quick, adapter: args.adapter.clone(), size: args.size, command: command(path, args) };
+    let report =
+        cost::run(scene, &options, &mut watcher).map_err(|e| Failure::Error(format!("{}: {e}", path.display())))?;
     watcher.end();
     let mut out = Output::new();
     out.line(sentence(&report, folder))?;
@@ -104,10 +101,7 @@ fn compare(old: &Path, new: &Path, threshold: f64) -> Outcome {
         ))?;
     }
     let (worse, better) = (found.worse.len(), found.better.len());
-    out.line(format_args!(
-        "{worse} worse, {better} better, {} within {threshold} %, {} new",
-        found.same, found.added
-    ))?;
+    out.line(format_args!("{worse} worse, {better} better, {} within {threshold} %, {} new", found.same, found.added))?;
     out.flush()?;
     if found.passed() { Ok(()) } else { Err(Failure::Silent) }
 }

@@ -8,10 +8,10 @@ use glam::{DAffine3, DVec3};
 use super::CostError;
 use super::report::{Eye, Figure, FrameTimes};
 use crate::action::walk::{Visitor, walk};
-use crate::action::{
-    ActionError, Cameras, Frame, RenderAction, ShapeContext, State, Statistics, View, Viewpoint,
+use crate::action::{ActionError, Cameras, Frame, RenderAction, ShapeContext, State, Statistics, View, Viewpoint};
+use crate::node::{
+    DetailMode, PerspectiveCamera, Placed, SeamlessTerrain, Separator, ShapeNode, Transform, lattice_view,
 };
-use crate::node::{DetailMode, PerspectiveCamera, Placed, SeamlessTerrain, Separator, ShapeNode, Transform, lattice_view};
 use crate::render::{Headless, Picture};
 use crate::scene::{NodeKey, Path, Scene};
 use crate::terrain::{ActivePatch, ScreenError, screen_error};
@@ -35,7 +35,8 @@ pub(super) struct Bench {
 /// One occurrence of a terrain.
 pub(super) struct Terrain {
     pub(super) key: NodeKey,
-    pub(super) path: Path,
+    /// The way to it.
+    pub(super) names: Vec<String>,
     pub(super) model: DAffine3,
     pub(super) placed: Placed,
     /// What `Complexity` multiplies the allowed error by.
@@ -56,6 +57,7 @@ pub(super) const NO_TIMESTAMPS: &str = "the adapter has no timestamp queries, or
 
 impl Bench {
     pub(super) fn new(mut scene: Scene, adapter: Option<&str>, size: [u32; 2]) -> Result<Self, CostError> {
+        let found = occurrences(&scene)?;
         // Our camera comes first, so it takes the pictures; what is offset moves with it.
         let old = scene.root();
         let root = scene.insert(Separator::default());
@@ -63,20 +65,18 @@ impl Bench {
         let offset = scene.add(root, Transform::default())?;
         let camera = scene.add(root, PerspectiveCamera::default())?;
         scene.add_child(root, old)?;
-        let mut found = occurrences(&scene)?;
         let terrains: Vec<NodeKey> = found.iter().map(|t| t.key).collect();
         let samples = |t: &Terrain| {
             let field = t.placed.terrain.field();
             u64::from(field.columns()) * u64::from(field.rows())
         };
-        // The first of the largest.
-        let most = found.iter().map(samples).max().ok_or(CostError::NoTerrain)?;
-        let at = found.iter().position(|t| samples(t) == most).ok_or(CostError::NoTerrain)?;
-        let main = found.swap_remove(at);
+        // The last of the largest.
+        let main = found.into_iter().max_by_key(samples).ok_or(CostError::NoTerrain)?;
         for &key in &terrains {
             // The eye that looks decides.
             if let Some(mut node) = scene.edit::<SeamlessTerrain>(key) {
                 node.lod_camera = None;
+                node.culling = true;
             }
         }
         let headless = Headless::new(adapter)?;
@@ -207,7 +207,7 @@ pub(super) fn gpu_figure(times: &[Option<f64>], of: impl Fn(&mut [f64]) -> f64) 
     Figure::new(times.filter(|t| !t.is_empty()).map(|mut t| of(&mut t)), NO_TIMESTAMPS)
 }
 
-/// All terrains of a scene that a camera before everything sees.
+/// All terrains of a scene.
 fn occurrences(scene: &Scene) -> Result<Vec<Terrain>, ActionError> {
     struct Collect<'s> {
         scene: &'s Scene,
@@ -221,7 +221,8 @@ fn occurrences(scene: &Scene) -> Result<Vec<Terrain>, ActionError> {
                 let cx = ShapeContext::new(self.scene, state, path);
                 let placed = node.placed(&cx).map_err(|e| cx.error(e))?;
                 let allowed = 4f64.powf(1.0 - 2.0 * state.complexity.value);
-                self.found.push(Terrain { key, path: path.clone(), model: state.model, placed, allowed });
+                let names = path.names(self.scene);
+                self.found.push(Terrain { key, names, model: state.model, placed, allowed });
             }
             Ok(ControlFlow::Continue(()))
         }
@@ -286,13 +287,14 @@ impl Terrain {
         extent[0].max(extent[1])
     }
 
-    fn extent(&self) -> [f64; 2] {
+    /// Lengths along x and y, local units.
+    pub(super) fn extent(&self) -> [f64; 2] {
         let frame = &self.placed.frame;
         [0, 1].map(|k| f64::from(frame.cells[k]) * frame.cell_size[k])
     }
 
     /// Lowest and highest local z.
-    fn heights(&self) -> [f64; 2] {
+    pub(super) fn heights(&self) -> [f64; 2] {
         let [low, high] = self.placed.terrain.pyramid().full_range().map(|w| self.placed.frame.local(DVec3::Z * w).z);
         [low.min(high), low.max(high)]
     }

@@ -30,12 +30,15 @@ pub(super) fn measure(run: &mut Run<'_>, plan: &Plan) -> Result<(), CostError> {
     let tolerances = plan.tolerances.iter().map(|&tolerance| DetailMode::PixelError(tolerance));
     let precisions = plan.precisions.iter().map(|&precision| DetailMode::Precision(precision));
     // The full mesh first: the others are held against its picture.
-    let details: Vec<DetailMode> = std::iter::once(DetailMode::Full).chain(tolerances).chain(precisions).collect();
+    let details = std::iter::once(DetailMode::Full).chain(tolerances).chain(precisions).map(|detail| (detail, true));
+    let details: Vec<_> = details.chain(plan.whole_mesh.then_some((DetailMode::Full, false))).collect();
     for eye in &eyes {
         let mut full = None;
-        for &detail in &details {
-            let name = format!("{}, {}", eye.name, detail_name(detail));
+        for &(detail, culling) in &details {
+            let not_culled = if culling { "" } else { ", not culled" };
+            let name = format!("{}, {}{not_culled}", eye.name, detail_name(detail));
             run.begin(&name);
+            run.bench.edit_terrains(|node| node.culling = culling);
             run.bench.set_detail(detail);
             let shot = run.bench.shoot(eye)?;
             let error = run.bench.error()?;
@@ -53,9 +56,10 @@ pub(super) fn measure(run: &mut Run<'_>, plan: &Plan) -> Result<(), CostError> {
                     "the pictures are not of one size",
                 ),
             };
-            let row = DrawingRow { name, eye: eye.name.clone(), detail, figures, times: shot.times };
+            let row = DrawingRow { name, eye: eye.name.clone(), detail, culling, figures, times: shot.times };
             run.report.drawing.get_or_insert_default().rows.push(row);
         }
+        run.bench.edit_terrains(|node| node.culling = true);
         run.finished()?;
     }
     for detail in FLIGHTS {

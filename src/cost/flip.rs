@@ -36,8 +36,7 @@ pub fn flip(reference: &[u8], test: &[u8], size: [u32; 2], pixels_per_degree: f6
     if reference.len() != bytes || test.len() != bytes || bytes == 0 {
         return None;
     }
-    let (reference, test) =
-        (Seen::new(reference, width, pixels_per_degree), Seen::new(test, width, pixels_per_degree));
+    let (reference, test) = (Seen::new(reference, width, pixels_per_degree), Seen::new(test, width, pixels_per_degree));
     let most = hyab(hunt_lab(DVec3::Y), hunt_lab(DVec3::Z)).powf(COLOR_EXPONENT);
     let row = |y: usize| -> f64 {
         (y * width..(y + 1) * width)
@@ -89,9 +88,8 @@ impl Seen {
                 let parts: Vec<(f64, Vec<f64>)> = SENSITIVITY[channel]
                     .iter()
                     .map(|&[a, b]| {
-                        let kernel = sampled(radius(pixels_per_degree), |x| {
-                            (-(PI * x / pixels_per_degree).powi(2) / b).exp()
-                        });
+                        let kernel =
+                            sampled(radius(pixels_per_degree), |x| (-(PI * x / pixels_per_degree).powi(2) / b).exp());
                         let sum: f64 = kernel.iter().sum();
                         (a * (PI / b).sqrt() * sum * sum, scaled(&kernel, 1.0 / sum))
                     })

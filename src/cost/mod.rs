@@ -6,9 +6,14 @@
 
 mod bench;
 pub mod compare;
+mod cracks;
 mod drawing;
+mod effects;
 pub mod flip;
+mod picking;
 mod plots;
+mod precision;
+mod published;
 mod report;
 mod write;
 
@@ -102,7 +107,9 @@ impl Run<'_> {
     }
 
     fn finished(&mut self) -> Result<(), CostError> {
-        self.report.drawing.as_mut().map(|drawing| drawing.memory = drawing::memory(&self.bench));
+        if let Some(drawing) = &mut self.report.drawing {
+            drawing.memory = drawing::memory(&self.bench);
+        }
         self.watcher.finished(&self.report).map_err(CostError::Stopped)
     }
 }
@@ -144,6 +151,11 @@ pub fn run(scene: Scene, options: &Options, watcher: &mut dyn Watcher) -> Result
     };
     let mut run = Run { bench, report, watcher, step: 1, steps };
     drawing::measure(&mut run, &plan)?;
+    picking::measure(&mut run, &plan)?;
+    effects::measure(&mut run, options)?;
+    precision::measure(&mut run)?;
+    published::measure(&mut run, &plan)?;
+    cracks::measure(&mut run, &plan)?;
     run.report.complete = true;
     run.finished()?;
     Ok(run.report)
@@ -155,24 +167,46 @@ struct Plan {
     tolerances: Vec<f64>,
     /// ρ.
     precisions: Vec<f64>,
+    /// Whether the full mesh is drawn once more without culling.
+    whole_mesh: bool,
     flight_steps: u32,
+    /// Eyes that each rule is tried with for cracks.
+    crack_eyes: u32,
+    /// Rays of each class, rounded down to a square.
+    rays: u32,
 }
 
 impl Plan {
     fn new(quick: bool) -> Self {
         if quick {
-            Self { tolerances: vec![0.5, 1.0, 4.0, 16.0], precisions: vec![1.0, 4.0, 16.0], flight_steps: 20 }
+            Self {
+                tolerances: vec![0.5, 1.0, 4.0, 16.0],
+                precisions: vec![1.0, 4.0],
+                whole_mesh: false,
+                flight_steps: 20,
+                crack_eyes: 20,
+                rays: 2_500,
+            }
         } else {
             Self {
                 tolerances: (-2..=5).map(|k| f64::from(k).exp2()).collect(),
                 precisions: (0..=4).map(|k| f64::from(k).exp2()).collect(),
+                whole_mesh: true,
                 flight_steps: 200,
+                crack_eyes: 300,
+                rays: 40_000,
             }
         }
     }
 
     fn steps(&self) -> usize {
-        drawing::EYES * (1 + self.tolerances.len() + self.precisions.len()) + drawing::FLIGHTS.len()
+        drawing::EYES * (1 + self.tolerances.len() + self.precisions.len() + usize::from(self.whole_mesh))
+            + drawing::FLIGHTS.len()
+            + picking::STEPS
+            + effects::STEPS
+            + precision::OFFSETS.len()
+            + published::STEPS
+            + cracks::STEPS
     }
 }
 
@@ -188,8 +222,7 @@ fn about(bench: &Bench, options: &Options) -> About {
         threads: std::thread::available_parallelism().map_or(1, |n| n.get() as u32),
         size: options.size,
         quick: options.quick,
-        // Without the groups that put it on the bench.
-        terrain: bench.main.path.names(&bench.scene).into_iter().skip(1).collect(),
+        terrain: bench.main.names.clone(),
         samples: [field.columns(), field.rows()],
     }
 }

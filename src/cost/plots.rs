@@ -53,7 +53,7 @@ impl Plot {
         };
         let (x, y) = (range(|p| p.0)?, range(|p| p.1)?);
         let mut out = String::new();
-        let root = SVGBackend::with_string(&mut out, (760, 460)).into_drawing_area();
+        let root = SVGBackend::with_string(&mut out, (820, 520)).into_drawing_area();
         let axis = |(low, high): (f64, f64)| (low..high).log_scale();
         // Writing into memory does not fail; if it does, there is no plot.
         self.draw(&root, axis(x), axis(y), [x, y]).ok()?;
@@ -78,10 +78,10 @@ impl Plot {
         let font = |size: i32| ("sans-serif", size).into_font();
         root.fill(&WHITE)?;
         let mut chart = ChartBuilder::on(root)
-            .caption(&self.title, font(18))
+            .caption(&self.title, font(22))
             .margin(14)
-            .x_label_area_size(46)
-            .y_label_area_size(70)
+            .x_label_area_size(52)
+            .y_label_area_size(76)
             .build_cartesian_2d(x, y)?;
         chart
             .configure_mesh()
@@ -91,8 +91,8 @@ impl Plot {
             .bold_line_style(RGBColor(215, 215, 215))
             .x_label_formatter(&|v| short(*v))
             .y_label_formatter(&|v| short(*v))
-            .label_style(font(13))
-            .axis_desc_style(font(15))
+            .label_style(font(16))
+            .axis_desc_style(font(18))
             .draw()?;
         if self.diagonal {
             let (low, high) = (xs.0.max(ys.0), xs.1.min(ys.1));
@@ -119,11 +119,14 @@ impl Plot {
                 .label(series.name.clone())
                 .legend(move |(x, y)| Circle::new((x + 9, y), radius, style));
         }
+        // Errors grow with what is asked for and fall with what is paid.
+        let corner = if self.diagonal { SeriesLabelPosition::UpperLeft } else { SeriesLabelPosition::UpperRight };
         chart
             .configure_series_labels()
+            .position(corner)
             .background_style(WHITE.mix(0.85))
             .border_style(RGBColor(215, 215, 215))
-            .label_font(font(13))
+            .label_font(font(16))
             .draw()
     }
 }

@@ -148,6 +148,8 @@ pub struct DrawingRow {
     pub eye: String,
     /// The setting.
     pub detail: DetailMode,
+    /// Whether patches out of view were left out.
+    pub culling: bool,
     /// What the same command finds again.
     pub figures: DrawingFigures,
     /// Milliseconds.
@@ -254,8 +256,6 @@ pub struct Published {
     pub views: Vec<PublishedRow>,
     /// The flight, instanced and separate, ρ = 1 and 4.
     pub flights: Vec<PublishedRow>,
-    /// Our ratios beside the published ones.
-    pub ratios: Vec<Ratio>,
 }
 
 /// One way to draw one view, or the flight.
@@ -293,19 +293,6 @@ pub struct PublishedTimes {
     pub gpu_ms: Figure,
     /// Both together.
     pub frame_ms: Figure,
-}
-
-/// A ratio of two of the rows.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Ratio {
-    /// What is compared.
-    pub name: String,
-    /// As published.
-    pub published: String,
-    /// As measured here.
-    pub ours: Figure,
-    /// Why they may differ.
-    pub remark: String,
 }
 
 /// Section 6: how often both sides of a border disagree.
@@ -407,8 +394,6 @@ pub struct PickingFigures {
     pub rms_vertical: f64,
     /// Largest of these distances.
     pub max_vertical: f64,
-    /// Picks further off than the bound that came with them.
-    pub beyond_bound: u32,
     /// Median of the horizontal distance between the picked point and what the ray meets on the full-resolution surface.
     pub median_horizontal: Figure,
     /// 95 of 100 of these distances are not larger.

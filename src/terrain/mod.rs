@@ -14,6 +14,7 @@ pub mod measure;
 pub mod parts;
 pub mod pick;
 pub mod pixel_error;
+pub mod published;
 pub mod pyramid;
 pub mod selection;
 mod stencil;
