@@ -277,7 +277,8 @@ fn verdicts_of_a_comparison() {
 }
 
 fn seamount(args: &[&str]) -> std::process::Output {
-    Command::new(env!("CARGO_BIN_EXE_seamount")).args(args).output().unwrap()
+    let root = env!("CARGO_MANIFEST_DIR");
+    Command::new(env!("CARGO_BIN_EXE_seamount")).current_dir(root).args(args).output().unwrap()
 }
 
 #[test]
@@ -339,4 +340,30 @@ fn a_scene_without_terrain_is_refused() {
     scene.add(root, Cube::default()).unwrap();
     let error = cost::run(scene, &options(), &mut ()).unwrap_err();
     assert!(error.to_string().contains("no SeamlessTerrain"), "{error}");
+}
+
+#[test]
+fn the_command_writes_its_three_files_and_nothing_half() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join("map.png");
+    let made = seamount(&["generate", "--size", "65", "--seed", "3", "-o", map.to_str().unwrap()]);
+    assert!(made.status.success());
+    let out = folder.path().join("report");
+    let [map, out_name] = [&map, &out].map(|path| path.to_str().unwrap());
+    let output = seamount(&["cost", map, "-o", out_name, "--quick", "--size", "64x36"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("corner, τ = 1 px"), "progress is told");
+    let mut names: Vec<String> =
+        out.read_dir().unwrap().map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert_eq!(names, ["asked.svg", "data.json", "index.html", "report.md", "time.svg", "triangles.svg"]);
+    let report: Report = serde_json::from_slice(&std::fs::read(out.join("data.json")).unwrap()).unwrap();
+    assert!(report.complete && report.about.size == [64, 36] && report.about.samples == [65, 65]);
+    assert!(report.about.command.ends_with("map.png --quick --size 64x36"), "{}", report.about.command);
+
+    let output = seamount(&["cost", "scenes/cubes.ron", "-o", out_name]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("scenes/cubes.ron: there is no SeamlessTerrain"));
+    // What was there is still there.
+    assert!(out.join("data.json").exists());
 }

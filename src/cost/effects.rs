@@ -46,7 +46,7 @@ const EFFECTS: [Effect; 10] = [
 
 pub(super) const STEPS: usize = EFFECTS.len();
 
-const REPEATS: usize = 5;
+const REPEATS: usize = 3;
 
 /// The format of [`Headless`] pictures.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;

@@ -180,7 +180,7 @@ impl Plan {
     fn new(quick: bool) -> Self {
         if quick {
             Self {
-                tolerances: vec![0.5, 1.0, 4.0, 16.0],
+                tolerances: vec![1.0, 4.0, 16.0],
                 precisions: vec![1.0, 4.0],
                 whole_mesh: false,
                 flight_steps: 20,

@@ -462,7 +462,7 @@ fn effects_blocks(effects: &EffectsCost, blocks: &mut Vec<Block>) {
 fn precision_blocks(precision: &Precision, blocks: &mut Vec<Block>) {
     blocks.push(heading(2, "4. Precision"));
     blocks.push(text(
-        "Scene and camera moved along x and y by an offset. Picture and exact picks against those at the origin; and how far \
+        "Scene and camera moved along x and y by an offset, seen from a step of the flight. Picture and exact picks against those at the origin; and how far \
          the picked points would be off with positions and matrices in f32, in the picture and in the world.",
     ));
     let rows = precision.rows.iter().map(|row| {
