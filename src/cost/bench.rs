@@ -50,8 +50,11 @@ pub(super) struct Shot {
     pub(super) times: FrameTimes,
 }
 
-/// A frame is repeated until so much time has passed, but not more often than this.
-const REPEAT: (Duration, usize) = (Duration::from_millis(400), 5);
+/// Drawing is repeated until so much time has passed, but not more often than this.
+const REPEAT: (Duration, usize) = (Duration::from_millis(500), 5);
+
+/// How often detail is chosen for a picture.
+const SELECTIONS: u32 = 5;
 
 pub(super) const NO_TIMESTAMPS: &str = "the adapter has no timestamp queries, or its clock jumped";
 
@@ -130,42 +133,38 @@ impl Bench {
         Ok(self.action().apply_in(&self.scene, &mut self.view)?)
     }
 
-    /// Draws the present frame once. The time is that of making it.
-    pub(super) fn draw(&mut self) -> Result<(Picture, Duration, Statistics), CostError> {
-        let action = self.action();
-        let start = Instant::now();
-        let frame = action.apply_in(&self.scene, &mut self.view)?;
-        let selection = start.elapsed();
-        let picture = self.headless.draw(frame)?;
-        Ok((picture, selection, frame.statistics))
+    /// Draws the present frame once.
+    pub(super) fn draw(&mut self) -> Result<(Picture, Statistics), CostError> {
+        let frame = self.action().apply_in(&self.scene, &mut self.view)?;
+        Ok((self.headless.draw(frame)?, frame.statistics))
     }
 
-    /// Draws what an eye sees a few times. Figures are those of the first time, times the medians.
+    /// Draws what an eye sees a few times. Times are the medians.
     pub(super) fn shoot(&mut self, eye: &Eye) -> Result<Shot, CostError> {
-        let start = Instant::now();
-        let mut first = None;
-        let (mut selections, mut encodings, mut gpus) = (Vec::new(), Vec::new(), Vec::new());
-        for repeat in 0..REPEAT.1 {
-            if repeat > 0 && start.elapsed() > REPEAT.0 {
-                break;
-            }
-            self.look(eye, repeat as u32);
-            let (picture, selection, statistics) = self.draw()?;
-            selections.push(ms(selection));
-            encodings.push(ms(picture.report.encode));
-            gpus.push(picture.report.gpu.map(ms));
-            first.get_or_insert((picture, statistics));
+        // Choosing is cheap, and drawing may take seconds: each is repeated by itself.
+        let mut selections = Vec::new();
+        for repeat in 1..=SELECTIONS {
+            self.look(eye, repeat);
+            let start = Instant::now();
+            self.frame()?;
+            selections.push(ms(start.elapsed()));
         }
-        let (picture, statistics) = first.ok_or(CostError::NoTerrain)?;
+        self.look(eye, 0);
+        let (picture, statistics) = self.draw()?;
         self.device_bytes = self.device_bytes.max(picture.report.gpu_bytes);
+        let (mut encodings, mut gpus) = (vec![ms(picture.report.encode)], vec![picture.report.gpu.map(ms)]);
+        let start = Instant::now();
+        while encodings.len() < REPEAT.1 && start.elapsed() < REPEAT.0 {
+            let report = self.draw()?.0.report;
+            encodings.push(ms(report.encode));
+            gpus.push(report.gpu.map(ms));
+        }
         let times = FrameTimes {
             selection_ms: median(&mut selections),
+            repeats: encodings.len() as u32,
             encoding_ms: median(&mut encodings),
             gpu_ms: gpu_figure(&gpus, median),
-            repeats: selections.len() as u32,
         };
-        // Back to the place that the figures are of.
-        self.look(eye, 0);
         Ok(Shot { statistics, picture, times })
     }
 
@@ -195,10 +194,10 @@ pub(super) fn ms(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
 }
 
-/// The middle of some numbers; 0 of none.
+/// The middle of some numbers, the lower of two; 0 of none.
 pub(super) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    values.get(values.len().saturating_sub(1) / 2).copied().unwrap_or(0.0)
 }
 
 /// A figure of the times that the GPU took, if each frame has one.

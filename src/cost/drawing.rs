@@ -1,5 +1,7 @@
 //! Section 1: what detail costs when drawing, and how far off it is.
 
+use std::time::Instant;
+
 use super::bench::{Bench, gpu_figure, ms};
 use super::flip::{PIXELS_PER_DEGREE, flip};
 use super::report::{
@@ -91,7 +93,10 @@ fn fly(bench: &mut Bench, detail: DetailMode, steps: u32) -> Result<FlightRow, C
     for k in 0..steps {
         let eye = bench.main.flight(k, steps);
         bench.look(&eye, 0);
-        let (picture, selection, statistics) = bench.draw()?;
+        let start = Instant::now();
+        bench.frame()?;
+        let selection = start.elapsed();
+        let (picture, statistics) = bench.draw()?;
         bench.device_bytes = bench.device_bytes.max(picture.report.gpu_bytes);
         triangles.push(statistics.triangles as f64);
         patches.push(statistics.patches_rendered as f64);

@@ -186,7 +186,7 @@ pub struct FrameTimes {
     pub encoding_ms: f64,
     /// What the GPU took.
     pub gpu_ms: Figure,
-    /// How often it was measured.
+    /// How often it was drawn.
     pub repeats: u32,
 }
 
