@@ -205,7 +205,8 @@ fn our_meshes_have_no_cracks_and_instancing_takes_one_call_per_part() {
             published.views.iter().find(|row| row.name == name).unwrap().figures.triangles
         };
         let (on, off) = (triangles("culled"), triangles("not culled"));
-        assert!(if view == "above" { on == off } else { on < off }, "{view}: {on} and {off}");
+        // Only behind the eye in the middle there are whole patches on so small a map.
+        assert!(if view == "middle" { on < off } else { on == off }, "{view}: {on} and {off}");
     }
 }
 
