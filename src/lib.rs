@@ -40,14 +40,17 @@
 //! * [`terrain`]: the engine below `SeamlessTerrain`, usable by itself.
 //! * [`format`](mod@format): scene files.
 //! * `render`: pictures (feature `render`).
+//! * `cost`: what accuracy costs, measured (feature `cost`).
 //!
 //! # Features
 //!
-//! `cli` (default) builds the command `seamount`; `render` adds drawing with wgpu. Without both, the crate reads scenes, chooses
-//! detail, boxes and picks.
+//! `cli` (default) builds the command `seamount`; `cost` adds the measuring behind `seamount cost`, `render` drawing with wgpu.
+//! Without them, the crate reads scenes, chooses detail, boxes and picks.
 #![cfg_attr(not(test), deny(clippy::unwrap_used))]
 
 pub mod action;
+#[cfg(feature = "cost")]
+pub mod cost;
 pub mod format;
 pub mod node;
 pub mod output;

@@ -5,13 +5,12 @@
 
 mod common;
 
-use std::collections::HashMap;
-
 use common::{cracks, doubled_area};
 use glam::{DAffine3, DVec2, DVec3, DVec4};
 use proptest::prelude::*;
 use seamount::action::{Lens, Viewpoint};
 use seamount::node::lattice_view;
+use seamount::terrain::published::{NearestPrecision, disagreements, unforced};
 use seamount::terrain::{
     ActivePatch, Demand, Frustum, HeightField, Hierarchy, LatticeFrame, LatticeView, LodEye, Metric, Parts, PatchId,
     PixelError, PixelProjection, Precision, Resolutions, Selection, Terrain, Voids, generate, parts_of,
@@ -179,68 +178,6 @@ fn precision_from_one_up_forces_nothing() {
     }
 }
 
-/// The older published rule: nearest resolution, distance to the nearer end of the side.
-struct Older {
-    precision: f64,
-    /// By depth, as its authors tuned it by experiment; the last goes on.
-    by_level: &'static [f64],
-    eye: [f64; 3],
-}
-
-impl Metric for Older {
-    fn demand(&self, tree: &Hierarchy, patch: PatchId) -> Demand {
-        let size = f64::from(tree.size(patch.level));
-        let [u, v] = tree.origin(patch).map(f64::from);
-        let corners = [[u, v], [u + size, v], [u + size, v + size], [u, v + size]];
-        let distance =
-            |p: [f64; 2]| ((p[0] - self.eye[0]).powi(2) + (p[1] - self.eye[1]).powi(2) + self.eye[2].powi(2)).sqrt();
-        let tuned = self.by_level[usize::from(patch.level).min(self.by_level.len() - 1)];
-        let max = f64::from(tree.resolutions().max());
-        let mut needs = [0; 4];
-        for k in 0..4 {
-            let d = distance(corners[k]).min(distance(corners[(k + 1) % 4]));
-            let epsilon = self.precision * tuned * size / d;
-            if epsilon > 1.0 {
-                return Demand::Split;
-            }
-            needs[k] = (0..tree.resolutions().count() as u8)
-                .min_by(|&a, &b| {
-                    let off = |i| (f64::from(tree.resolutions().get(i)) - epsilon * max).abs();
-                    off(a).total_cmp(&off(b))
-                })
-                .unwrap();
-        }
-        Demand::Keep(needs)
-    }
-}
-
-/// Pieces of sides that disagree when nothing makes them agree: every patch is as its own metric wants it.
-fn unforced(tree: &Hierarchy, metric: &impl Metric) -> usize {
-    let mut vertices: HashMap<([u32; 2], [u32; 2]), i32> = HashMap::new();
-    let mut pending: Vec<PatchId> = tree.roots().collect();
-    while let Some(id) = pending.pop() {
-        match metric.demand(tree, id) {
-            Demand::Split if id.level < tree.depth() => pending.extend(tree.children(id)),
-            demand => {
-                let top = (tree.resolutions().count() - 1) as u8;
-                let sides = if let Demand::Keep(sides) = demand { sides } else { [top; 4] };
-                for side in seamount::terrain::Side::ALL {
-                    let patch = ActivePatch { id, sides };
-                    let list: Vec<_> = seamount::terrain::side_vertices(tree, patch, side).collect();
-                    for pair in list.windows(2) {
-                        *vertices.entry((pair[0], pair[1])).or_default() += 1;
-                    }
-                }
-            }
-        }
-    }
-    let last = tree.cells();
-    vertices
-        .iter()
-        .filter(|((a, b), count)| **count != 2 && !(0..2).any(|k| a[k] == b[k] && (a[k] == 0 || a[k] == last[k])))
-        .count()
-}
-
 /// The harness sees cracks: the older rule has them, with one ρ for all and with ρ by depth.
 #[test]
 fn the_older_rule_is_seen_to_crack() {
@@ -251,10 +188,12 @@ fn the_older_rule_is_seen_to_crack() {
         let (mut cracked, mut tuned, mut ours) = (0, 0, 0);
         for _ in 0..eyes {
             let eye = [rng.range(0.0, 1024.0), rng.range(0.0, 1024.0), rng.range(0.0, 300.0)];
-            cracked += u32::from(unforced(&tree, &Older { precision: 1.0, by_level: &[1.0], eye }) > 0);
-            tuned += u32::from(unforced(&tree, &Older { precision: 1.0, by_level: &[1.0, 0.9, 0.75], eye }) > 0);
+            let cracks = |patches| u32::from(disagreements(&tree, patches) > 0);
+            let older = |by_level| unforced(&tree, &NearestPrecision { precision: 1.0, by_level, eye });
+            cracked += cracks(older(&[1.0]));
+            tuned += cracks(older(&[1.0, 0.9, 0.75]));
             let metric = Precision { precision: 1.0, eye: LodEye::Point { u: eye[0], v: eye[1], height: eye[2] } };
-            ours += u32::from(unforced(&tree, &metric) > 0);
+            ours += cracks(unforced(&tree, &metric));
         }
         println!("n = {count}: of {eyes} eyes the older rule cracks {cracked}, with ρ by depth {tuned}; ours {ours}");
         assert!(cracked * 5 > eyes && tuned * 5 > eyes, "only {cracked} and {tuned} of {eyes} eyes cracked");

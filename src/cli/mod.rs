@@ -4,6 +4,7 @@
 
 mod bbox;
 mod check;
+mod cost;
 mod generate;
 mod nodes;
 mod pick;
@@ -42,6 +43,7 @@ enum Command {
     Tree(tree::Args),
     Generate(generate::Args),
     Nodes(nodes::Args),
+    Cost(cost::Args),
 }
 
 /// Why the command ends without success.
@@ -76,6 +78,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Tree(args) => tree::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Nodes(args) => nodes::run(&args),
+        Command::Cost(args) => cost::run(&args),
     };
     match outcome {
         // A reader such as `head` that has seen enough is no failure.

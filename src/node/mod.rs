@@ -61,6 +61,8 @@ pub use pick_style::{ClipPlane, PickStyle, PickStyleKind};
 pub use registry::Registry;
 pub(crate) use registry::nearest;
 pub use round::{Cone, ConePart, Cylinder, CylinderPart, Sphere};
+#[cfg(feature = "cost")]
+pub(crate) use seamless_terrain::Placed;
 pub use seamless_terrain::{ColorMode, DetailMode, SeamlessTerrain, VoidMode, lattice_view};
 pub use separator::{Separator, TransformSeparator};
 pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderValue, VertexShader};

@@ -122,10 +122,10 @@ crate::define_node! {
 }
 
 /// A terrain node with its map: all that the actions need.
-struct Placed {
-    terrain: Arc<Terrain>,
-    tree: Arc<PatchTree>,
-    frame: LatticeFrame,
+pub(crate) struct Placed {
+    pub(crate) terrain: Arc<Terrain>,
+    pub(crate) tree: Arc<PatchTree>,
+    pub(crate) frame: LatticeFrame,
 }
 
 impl SeamlessTerrain {
@@ -167,7 +167,7 @@ impl SeamlessTerrain {
         problems
     }
 
-    fn placed(&self, cx: &ShapeContext<'_>) -> Result<Placed, ShapeError> {
+    pub(crate) fn placed(&self, cx: &ShapeContext<'_>) -> Result<Placed, ShapeError> {
         if let Some(problem) = self.check().into_iter().next() {
             return Err(problem.into());
         }
@@ -224,7 +224,7 @@ impl SeamlessTerrain {
     }
 
     /// The active patches for a query: those that are drawn in a frozen view, otherwise those that the detail asks for.
-    fn selection(&self, cx: &ShapeContext<'_>, placed: &Placed) -> Result<Arc<Selection>, ShapeError> {
+    pub(crate) fn selection(&self, cx: &ShapeContext<'_>, placed: &Placed) -> Result<Arc<Selection>, ShapeError> {
         let kept = cx.kept.and_then(|kept| kept.downcast_ref::<History>()).and_then(|history| history.chosen(placed));
         match kept {
             Some(choice) => Ok(Arc::clone(&choice.selection)),

@@ -177,4 +177,30 @@ impl Instances {
     pub fn triangles(&self) -> u64 {
         self.triangles
     }
+
+    /// The same parts in the same places with a range, and so a draw call, for each of them: what drawing takes without
+    /// instancing. For measuring.
+    ///
+    /// ```
+    /// use seamount::terrain::{Full, Hierarchy, Instances, Parts, Resolutions, Selection};
+    ///
+    /// let resolutions = Resolutions::new(8, 2)?;
+    /// let (tree, parts) = (Hierarchy::new([32, 32], resolutions), Parts::new(resolutions));
+    /// let patches: Vec<_> = Selection::of(&tree, &Full).patches(&tree).collect();
+    /// let mut instances = Instances::default();
+    /// instances.update(&tree, &parts, &patches);
+    /// let separated = instances.separated();
+    /// // Four tiles and four strips of one resolution; four patches.
+    /// assert_eq!((instances.ranges().len(), separated.ranges().len()), (8, 32));
+    /// assert_eq!(instances.triangles(), separated.triangles());
+    /// # Ok::<(), seamount::terrain::ResolutionsError>(())
+    /// ```
+    #[must_use]
+    pub fn separated(&self) -> Self {
+        let one_by_one = |(part, range): &(usize, Range<u32>)| {
+            let part = *part;
+            range.clone().map(move |k| (part, k..k + 1))
+        };
+        Self { ranges: self.ranges.iter().flat_map(one_by_one).collect(), ..self.clone() }
+    }
 }

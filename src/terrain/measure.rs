@@ -40,7 +40,7 @@ impl LatticeView {
 #[must_use]
 pub fn screen_error(mesh: &DrawnSurface<'_>, patches: &[ActivePatch], view: &LatticeView) -> ScreenError {
     use rayon::prelude::*;
-    let (max, squares, points) = patches
+    let of_patches: Vec<(f64, f64, u64)> = patches
         .par_iter()
         .map(|patch| {
             let (mut max, mut squares, mut points) = (0.0f64, 0.0f64, 0u64);
@@ -57,6 +57,9 @@ pub fn screen_error(mesh: &DrawnSurface<'_>, patches: &[ActivePatch], view: &Lat
             }
             (max, squares, points)
         })
-        .reduce(|| (0.0, 0.0, 0), |a, b| (a.0.max(b.0), a.1 + b.1, a.2 + b.2));
+        .collect();
+    // Added up in the order of the patches, so that the sum has the same bits however the work was shared out.
+    let add = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.max(b.0), a.1 + b.1, a.2 + b.2);
+    let (max, squares, points) = of_patches.into_iter().fold((0.0, 0.0, 0), add);
     ScreenError { max, rms: if points > 0 { (squares / points as f64).sqrt() } else { 0.0 }, points }
 }

@@ -18,6 +18,7 @@ pub mod morph;
 pub mod parts;
 pub mod pick;
 pub mod pixel_error;
+pub mod published;
 pub mod pyramid;
 pub mod selection;
 mod stencil;

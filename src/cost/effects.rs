@@ -1,0 +1,145 @@
+//! Section 3: what each effect costs.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::bench::{gpu_figure, median, ms};
+use super::report::{EffectFigures, EffectRow, EffectTimes, EffectsCost};
+use super::{CostError, Options, Run};
+use crate::action::{DebugColor, Draw, FrameLight, Geometry};
+use crate::node::DetailMode;
+use crate::render::{Headless, shader_text};
+
+/// An effect by its name, as what it changes in a draw that has none.
+type Effect = (&'static str, fn(&mut Draw));
+
+/// The effects that a draw can have. A new one is a line here.
+const EFFECTS: [Effect; 10] = [
+    ("none", |_| {}),
+    ("one directional light", directional),
+    ("one directional light, ambient light", |draw| {
+        directional(draw);
+        ambient(draw);
+    }),
+    ("one directional light, highlights", |draw| {
+        directional(draw);
+        specular(draw);
+    }),
+    ("one directional light, glow", |draw| {
+        directional(draw);
+        emissive(draw);
+    }),
+    ("one point light", point),
+    ("colour map", |draw| draw.effects.color_map = has_map(draw)),
+    ("colours by part", |draw| draw.effects.debug_color = debug(draw, DebugColor::Parts)),
+    ("colours by level", |draw| draw.effects.debug_color = debug(draw, DebugColor::Levels)),
+    ("all that go together", |draw| {
+        directional(draw);
+        point(draw);
+        ambient(draw);
+        specular(draw);
+        emissive(draw);
+        draw.effects.color_map = has_map(draw);
+    }),
+];
+
+pub(super) const STEPS: usize = EFFECTS.len();
+
+const REPEATS: usize = 3;
+
+/// The format of [`Headless`] pictures.
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+
+pub(super) fn measure(run: &mut Run<'_>, options: &Options) -> Result<(), CostError> {
+    run.report.effects = Some(EffectsCost::default());
+    if let Some(eye) = run.bench.main.eyes(run.bench.size).into_iter().find(|eye| eye.name == "corner") {
+        run.bench.look(&eye, 0);
+    }
+    run.bench.set_detail(DetailMode::PixelError(1.0));
+    let scene = run.bench.frame()?.clone();
+    for (name, effect) in EFFECTS {
+        run.begin(&format!("effects: {name}"));
+        let mut frame = scene.clone();
+        for draw in &mut frame.draws {
+            bare(draw);
+            effect(draw);
+        }
+        let mut texts: Vec<String> =
+            frame.draws.iter().map(|draw| shader_text(&draw.effects, FORMAT)).collect::<Result<_, _>>()?;
+        texts.sort();
+        texts.dedup();
+        // A device that has seen nothing else: what it holds is what this takes.
+        let mut headless = Headless::new(options.adapter.as_deref())?;
+        headless.draw(&frame)?;
+        let mut gpus = Vec::new();
+        let mut report = None;
+        for _ in 0..REPEATS {
+            let drawn = headless.draw(&frame)?.report;
+            gpus.push(drawn.gpu.map(ms));
+            report.get_or_insert(drawn);
+        }
+        let report = report.unwrap_or_default();
+        let row = EffectRow {
+            name: name.to_owned(),
+            effects: frame.draws.first().map(|draw| draw.effects.names()).unwrap_or_default(),
+            figures: EffectFigures {
+                shader_bytes: texts.iter().map(|text| text.len() as u64).sum(),
+                device_bytes: report.gpu_bytes,
+                bytes_per_frame: report.bytes_uploaded,
+            },
+            times: EffectTimes { gpu_ms: gpu_figure(&gpus, median) },
+        };
+        run.report.effects.get_or_insert_default().rows.push(row);
+    }
+    run.finished()
+}
+
+/// Takes all effects away.
+fn bare(draw: &mut Draw) {
+    let effects = &mut draw.effects;
+    (effects.directional_lights, effects.point_lights) = (0, 0);
+    (effects.specular, effects.ambient, effects.emissive, effects.color_map) = (false, false, false, false);
+    effects.debug_color = DebugColor::Plain;
+    draw.lights = Arc::default();
+    draw.ambient = Vec3::ZERO;
+}
+
+fn light(draw: &mut Draw, light: FrameLight) {
+    draw.lights = draw.lights.iter().copied().chain([light]).collect();
+}
+
+fn directional(draw: &mut Draw) {
+    draw.effects.directional_lights += 1;
+    light(draw, FrameLight::Directional { towards: Vec3::new(0.48, 0.6, 0.64), color: Vec3::splat(0.8) });
+}
+
+fn point(draw: &mut Draw) {
+    draw.effects.point_lights += 1;
+    // At the eye.
+    light(draw, FrameLight::Point { position: Vec3::ZERO, color: Vec3::splat(0.4) });
+}
+
+fn ambient(draw: &mut Draw) {
+    draw.effects.ambient = true;
+    draw.ambient = Vec3::splat(0.2);
+}
+
+fn specular(draw: &mut Draw) {
+    draw.effects.specular = true;
+    draw.material.specular = Vec3::splat(0.3);
+}
+
+fn emissive(draw: &mut Draw) {
+    draw.effects.emissive = true;
+    draw.material.emissive = Vec3::splat(0.05);
+}
+
+fn has_map(draw: &Draw) -> bool {
+    matches!(&draw.geometry, Geometry::Terrain(terrain) if terrain.color_map.is_some())
+}
+
+/// Colours for study are for terrains.
+fn debug(draw: &Draw, color: DebugColor) -> DebugColor {
+    if matches!(draw.geometry, Geometry::Terrain(_)) { color } else { DebugColor::Plain }
+}
