@@ -95,15 +95,21 @@ fn the_measure_has_the_same_bits_on_any_number_of_threads() {
     let map = maps().into_iter().find(|map| map.name == "andes").unwrap();
     let (min, count) = SeamlessTerrain::default().resolutions;
     let tree = map.terrain.tree(Resolutions::new(min, count).unwrap());
-    let view = lattice_view(&view(&mut Rng(3), &map, 1), &DAffine3::IDENTITY, &map.frame);
-    let selection = tree.select(&map.terrain, &Detail::PixelError { tolerance: 1.0, view: view.clone() });
-    let patches: Vec<ActivePatch> = selection.patches(tree.hierarchy()).collect();
-    let (field, parts) = (map.terrain.field(), tree.parts());
-    let drawn = DrawnSurface { field, tree: tree.hierarchy(), parts, selection: &selection };
-    let measured = [1, 2, 3, 7, 7, 7, 7].map(|threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| screen_error(&drawn, &patches, &view))
-    });
-    assert!(measured[0].rms > 0.0 && patches.len() > 50, "{:?} of {} patches", measured[0], patches.len());
-    assert!(measured.iter().all(|m| *m == measured[0]), "{measured:?}");
+    let mut rng = Rng(3);
+    let mut seen = 0;
+    // Perspective all, or there would be few points.
+    for k in [0, 1, 2, 3, 5, 6, 7, 8, 10, 11, 12, 13, 15, 16, 17, 18] {
+        let view = lattice_view(&view(&mut rng, &map, k), &DAffine3::IDENTITY, &map.frame);
+        let selection = tree.select(&map.terrain, &Detail::PixelError { tolerance: 2.0, view: view.clone() });
+        let patches: Vec<ActivePatch> = selection.patches(tree.hierarchy()).collect();
+        let (field, parts) = (map.terrain.field(), tree.parts());
+        let drawn = DrawnSurface { field, tree: tree.hierarchy(), parts, selection: &selection };
+        let measured = [1, 2, 3, 7].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| screen_error(&drawn, &patches, &view))
+        });
+        seen += u32::from(measured[0].rms > 0.0 && patches.len() > 20);
+        assert!(measured.iter().all(|m| *m == measured[0]), "eye {k}: {measured:?}");
+    }
+    assert!(seen > 8, "only {seen} eyes see much");
 }
