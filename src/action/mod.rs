@@ -33,6 +33,7 @@ pub use ray::{Ray, RayError, intersect_triangle};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
 pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::SearchAction;
+pub(crate) use state::inverse;
 pub use state::{PlacedLight, Program, PropertyContext, ShapeContext, State, TextureBinding, TextureSource};
 pub use view::{View, ViewStatistics};
 pub use viewpoint::{Lens, Viewpoint};
