@@ -112,6 +112,30 @@ fn lands() -> Vec<Land> {
     lands
 }
 
+/// Where the border of the map cuts a patch, the slivers in its plane are met at one parameter, up to a handful: by the sign
+/// of what comes after they were put in turn by pairs, not by their number.
+#[test]
+fn slivers_at_one_place_are_in_turn_with_what_comes_after() {
+    let mut rng = Rng(12);
+    let samples: Vec<u16> = (0..2 * 300).map(|_| (rng.bits() >> 48) as u16).collect();
+    let mut several = 0;
+    for precision in [0.05, 0.2, 0.5, 1.0, 2.0, 4.0] {
+        let field = HeightField::from_u16(2, 300, samples.clone(), Voids::default()).unwrap();
+        let metric = Precision { precision, eye: LodEye::Point { u: 0.5, v: 150.0, height: 10.0 } };
+        let land = Land::new(field, Resolutions::new(8, 3).unwrap(), Some(metric));
+        for _ in 0..2000 {
+            let origin = DVec3::new(1.5, rng.range(0.0, 299.0), rng.range(0.0, 65_535.0));
+            let direction = DVec3::new(-1.0, rng.range(-20.0, 20.0), rng.range(-30_000.0, 30_000.0));
+            let hits = land.hits(&LatticeRay { origin, direction, near: 0.0, far: f64::INFINITY });
+            for pair in hits.windows(2) {
+                assert_ne!(pair[0].entering, pair[1].entering, "{origin} {direction} {hits:?}");
+            }
+            several += usize::from(hits.iter().filter(|hit| hit.border.is_some()).count() > 3);
+        }
+    }
+    assert!(several > 5, "{several} rays meet more than three slivers");
+}
+
 /// Classes of rays, by number.
 const CLASSES: u32 = 8;
 
