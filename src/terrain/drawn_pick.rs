@@ -384,8 +384,8 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
         self.pending.push(Pending { t, entering, last: t >= t1, patch, triangle });
     }
 
-    /// Hands over what was found; but for a last hit on the border of the patch if it may turn out to be a touch, unless it is
-    /// the `end`.
+    /// Hands over what was found; but for a last hit on the border of the patch if it may turn out to be a touch, and for
+    /// slivers that nothing says the order of yet, unless it is the `end`.
     fn deliver(&mut self, end: bool) -> bool {
         self.pending.sort_by(|a, b| a.t.total_cmp(&b.t));
         let mut at = 0;
@@ -394,7 +394,8 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
             match self.pending.get(at + 1).filter(opposite) {
                 // In and out at one place is a touch; but slivers that lie in one plane are all there.
                 Some(next) if !(is_sliver(&hit.triangle) || is_sliver(&next.triangle)) => at += 2,
-                // In turn with what was before or comes after.
+                // In turn with what was before or comes after, in the next patches if need be.
+                Some(_) if !end && self.wanted(at).is_none() => break,
                 Some(next) if self.wanted(at).is_some_and(|entering| next.entering == entering) => {
                     self.pending.swap(at, at + 1);
                 }
