@@ -369,7 +369,9 @@ fn sight_and_heights() {
     assert_eq!(drawn["hits"][0]["surface"], "drawn");
     bad(2, &["sight", FUJI]);
     bad(2, &["sight", FUJI, "--ground", "1"]);
-    bad(1, &["sight", FUJI, "--ground", "NaN,1"]);
+    for question in ["--ground=NaN,1", "--between=0,0,inf,1,1,1"] {
+        assert!(bad(2, &["sight", FUJI, question]).contains("not a finite number"));
+    }
 }
 
 #[test]

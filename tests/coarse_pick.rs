@@ -180,6 +180,38 @@ fn hits_carry_a_true_bound() {
     assert!(closest > 0.8, "the bound is never nearly reached: {closest}");
 }
 
+/// Where the map's border cuts a patch, its centre may lie on the border. A ray along the border meets the triangles on both
+/// sides of the centre there, without crossing a spoke: the one in the middle of the ray was taken for all of it.
+#[test]
+fn along_the_border_the_triangle_changes_at_a_centre_that_is_clamped_to_it() {
+    let mut rng = Rng(4);
+    let samples: Vec<u16> = (0..2 * 300).map(|_| (rng.bits() >> 48) as u16).collect();
+    let mut count = 0;
+    for (columns, rows, along) in [(300, 2, DVec3::X), (2, 300, DVec3::Y)] {
+        let field = HeightField::from_u16(columns, rows, samples.clone(), Voids::default()).unwrap();
+        let scene = Scene::new(field, Resolutions::new(4, 2).unwrap(), None);
+        let border = DVec3::ONE - along;
+        for _ in 0..500 {
+            let [start, end] = [0; 2].map(|_| {
+                let p = border + along * rng.range(0.0, 299.0);
+                p.with_z(rng.range(0.0, 65_535.0))
+            });
+            let ray = LatticeRay { origin: start, direction: end - start, near: 0.0, far: 1.0 };
+            for hit in scene.hits(&ray) {
+                let p = start + (end - start) * hit.t;
+                assert!((p - hit.point).abs().max_element() < 1e-6, "{p} {hit:?}");
+                let fan = Fan::new(&scene.field, &scene.tree, hit.patch);
+                let weights = fan.barycentric(hit.triangle, p.x, p.y);
+                assert!(weights.iter().all(|&w| w > -1e-9), "{weights:?} {hit:?}");
+                let off = (scene.field.surface(p.x, p.y).unwrap() - p.z).abs();
+                assert!(off <= hit.error + 1e-6, "{off} is beyond {}", hit.error);
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 1000, "{count} hits");
+}
+
 /// The bound of a fan against a fine scan of the patch.
 #[test]
 fn fan_errors_are_those_of_a_dense_scan() {

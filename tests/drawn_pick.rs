@@ -112,6 +112,56 @@ fn lands() -> Vec<Land> {
     lands
 }
 
+/// Where the border of the map cuts a patch, slivers in its plane are met at one parameter, up to a handful. Only the next but
+/// one crossing of the same patch said in which order they go in and out of the ground.
+#[test]
+fn slivers_at_one_place_are_in_turn_with_what_comes_after() {
+    let mut rng = Rng(12);
+    let (mut several, mut across) = (0, 0);
+    let precisions = [0.05, 0.2, 0.5, 1.0, 2.0, 4.0];
+    for (columns, precision) in [2, 4, 34].into_iter().flat_map(|columns| precisions.map(|p| (columns, p))) {
+        for south in [false, true] {
+            // Noise, or spikes far apart.
+            let spike = |noise: u16| if noise < 4000 { 65_535 } else { 1000 };
+            let noise = |rng: &mut Rng| (rng.bits() >> 48) as u16;
+            let sample = |_| if columns < 34 { noise(&mut rng) } else { spike(noise(&mut rng)) };
+            let samples: Vec<u16> = (0..columns * 300).map(sample).collect();
+            let field = HeightField::from_u16(
+                if south { 300 } else { columns },
+                if south { columns } else { 300 },
+                samples,
+                Voids::default(),
+            )
+            .unwrap();
+            let turned = |p: DVec3| if south { DVec3::new(p.y, p.x, p.z) } else { p };
+            let border = f64::from(columns - 1);
+            let metric = Precision {
+                precision,
+                eye: LodEye::Point {
+                    u: if south { 150.0 } else { border / 2.0 },
+                    v: if south { border / 2.0 } else { 150.0 },
+                    height: 10.0,
+                },
+            };
+            let land = Land::new(field, Resolutions::new(8, 3).unwrap(), Some(metric));
+            for _ in 0..3000 {
+                let origin = DVec3::new(border + 0.5, rng.range(0.0, 299.0), rng.range(0.0, 65_535.0));
+                let direction = DVec3::new(-1.0, rng.range(-20.0, 20.0), rng.range(-30_000.0, 30_000.0));
+                let ray =
+                    LatticeRay { origin: turned(origin), direction: turned(direction), near: 0.0, far: f64::INFINITY };
+                let hits = land.hits(&ray);
+                for pair in hits.windows(2) {
+                    assert_ne!(pair[0].entering, pair[1].entering, "{columns}: {origin} {direction} {hits:?}");
+                }
+                let slivers = hits.iter().take_while(|hit| hit.border.is_some()).count();
+                several += usize::from(slivers > 3);
+                across += usize::from(slivers > 1 && hits.get(slivers).is_some_and(|h| h.patch.id != hits[0].patch.id));
+            }
+        }
+    }
+    assert!(several > 3 && across > 3, "{several} times more than three slivers, {across} times another patch decides");
+}
+
 /// Classes of rays, by number.
 const CLASSES: u32 = 8;
 

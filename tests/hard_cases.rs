@@ -576,6 +576,55 @@ mod placement {
         });
     }
 
+    /// The ray's height in units of the relief is beyond f64: it was lost, or its point was NaN.
+    #[test]
+    fn next_to_no_height_by_the_node_itself() {
+        for max_height in [1e-300, -1e-300, 1e-310, 5e-324, -5e-324] {
+            for voids in [VoidMode::Fill, VoidMode::Hole] {
+                let mut ground = Ground::hills();
+                (ground.terrain.max_height, ground.terrain.voids) = (max_height, voids);
+                let scene = ground.scene(ground.overview(), DetailMode::PixelError(1.0));
+                let center = BoundingBoxAction::default().apply(&scene).unwrap().unwrap().center();
+                for surface in [Surface::Coarse, Surface::Drawn, Surface::Exact] {
+                    for aside in [DVec3::ZERO, DVec3::new(0.1, 0.02, 0.0)] {
+                        let ray = Ray::new(center + DVec3::Z * 50.0 + 50.0 * aside, DVec3::NEG_Z - aside).unwrap();
+                        let action = RayPickAction { surface, all: true, ..RayPickAction::ray(ray) };
+                        let hits = action.apply(&scene).unwrap();
+                        let name = format!("{max_height:e}, {surface:?}: {hits:?}");
+                        let [hit] = &hits[..] else { panic!("{name}") };
+                        assert!((hit.point - center).length() < 1e-12 * (1.0 + center.length()), "{name}");
+                        assert!(matches!(hit.detail, HitDetail::Terrain(detail) if detail.entering), "{name}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// The determinant is that of rounding, not zero: picks answered from an inverse of rounding.
+    #[test]
+    fn flattened_between_rotations() {
+        let mut rng = Rng(8);
+        for turn in [0.3, 1.1, 2.9] {
+            let flat = Transform {
+                rotation: AxisAngle::new(DVec3::new(1.0, 0.4, -0.7), turn),
+                scale_factor: DVec3::new(2.5, 0.3, 0.0),
+                scale_orientation: AxisAngle::new(DVec3::new(0.3, 0.5, 0.7), 0.9 * turn),
+                ..Transform::default()
+            };
+            let ground = Ground::hills().place(flat);
+            let scene = ground.scene(ground.overview(), DetailMode::PixelError(1.0));
+            for surface in [Surface::Coarse, Surface::Drawn, Surface::Exact] {
+                let picker = RayPickAction { surface, ..RayPickAction::pixel(0, 0, SIZE) }.picker(&scene).unwrap();
+                for _ in 0..200 {
+                    let mut place = || DVec3::new(rng.range(-9.0, 9.0), rng.range(-9.0, 9.0), rng.range(-9.0, 9.0));
+                    let (from, to) = (place(), place());
+                    let hits = picker.pick(&Ray::new(from, to - from).unwrap(), true).unwrap();
+                    assert!(hits.is_empty(), "{surface:?} {turn}: {hits:?}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn mirrored() {
         ends(|| {

@@ -106,8 +106,8 @@ impl Picker<'_> {
     /// shapes are in the way, terrains with the surface of this picker.
     ///
     /// An end that lies on the ground, up to the bound of the error that a hit carries (rounding, on the exact surface), does
-    /// not block the view by itself; an end below it does not see out. A line that starts below the ground, or on it and goes down, is blocked where it comes out
-    /// at the latest. A point sees itself.
+    /// not block the view by itself; an end below it does not see out. A line that starts below the ground, or on it and goes
+    /// down, is blocked where it comes out at the latest. A point sees itself.
     ///
     /// # Errors
     ///

@@ -44,10 +44,10 @@ pub use ray::{Ray, RayError, intersect_triangle};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
 pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::{Interest, SearchAction};
-pub(crate) use state::normal_matrix;
 pub use state::{
     Branches, Extensions, GroupContext, PlacedLight, PlacedPlane, Program, PropertyContext, ShapeContext, State,
     TextureBinding, TextureSource,
 };
+pub(crate) use state::{inverse, normal_matrix};
 pub use view::{View, ViewStatistics};
 pub use viewpoint::{Lens, Viewpoint};

@@ -337,11 +337,9 @@ impl Visitor for Pick<'_, '_> {
             ..ShapeContext::new(picker.scene, state, path)
         };
         // A shape flattened by its transform has no inside to meet.
-        let det = state.model.matrix3.determinant();
-        let inverse = state.model.matrix3.inverse();
-        if det == 0.0 || !inverse.is_finite() {
+        let Some(inverse) = super::state::inverse(&state.model.matrix3) else {
             return Ok(Go::On);
-        }
+        };
         // The translation is subtracted first: far from the origin the digits are there.
         let local = Ray {
             origin: inverse * (self.ray.origin - state.model.translation),

@@ -151,6 +151,19 @@ pub(crate) fn normal_matrix(m: &DMat3) -> DMat3 {
     cofactors(m) * if m.determinant() < 0.0 { -1.0 } else { 1.0 }
 }
 
+/// The inverse of a linear map; `None` if it flattens space, as far as rounding can tell.
+///
+/// A scale of zero between rotations has a determinant of rounding, not of zero: the entries are off by a few ε times the
+/// largest, and so is the determinant of a map with columns of unit length; 32 ε leaves room. Columns of very unequal length
+/// flatten nothing.
+#[must_use]
+pub(crate) fn inverse(m: &DMat3) -> Option<DMat3> {
+    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis / axis.length());
+    let volume = x.dot(y.cross(z));
+    let inverse = m.inverse();
+    (volume.abs() > 16.0 * f64::EPSILON && inverse.is_finite()).then_some(inverse)
+}
+
 /// The cofactors of a linear map, determinant · inverse transpose, up to a positive factor, with entries of about 1.
 #[must_use]
 pub(crate) fn cofactors(m: &DMat3) -> DMat3 {

@@ -31,11 +31,16 @@ pub(super) struct Args {
 
 fn points(text: &str) -> Result<[DVec3; 2], String> {
     let [ax, ay, az, bx, by, bz] = numbers(text, "two points as in 0,0,2,500,300,2")?;
-    Ok([DVec3::new(ax, ay, az), DVec3::new(bx, by, bz)])
+    finite([DVec3::new(ax, ay, az), DVec3::new(bx, by, bz)], |p| p.is_finite())
 }
 
 fn place(text: &str) -> Result<[f64; 2], String> {
-    numbers(text, "x and y as in 120,-35.5")
+    finite(numbers(text, "x and y as in 120,-35.5")?, |x: &f64| x.is_finite())
+}
+
+/// What is infinite or NaN is no place.
+fn finite<T>(places: [T; 2], is_finite: impl Fn(&T) -> bool) -> Result<[T; 2], String> {
+    if places.iter().all(is_finite) { Ok(places) } else { Err("a coordinate is not a finite number".to_owned()) }
 }
 
 pub(super) fn run(args: &Args) -> Outcome {

@@ -81,8 +81,9 @@ crate::define_node! {
     /// height = `base_height` + intensity · `max_height`, intensity 0..1 at the file's full depth.
     ///
     /// Render draws tiles and strips of the active patches; ray pick tests four coarse triangles per active patch and says
-    /// how far off they may be, or if so asked what is drawn or every cell; the bounding box is that of the full-resolution heights and needs no camera. Forgetting
-    /// `TextureUnit(unit: 1)` before the colour map is the usual mistake: it replaces the heights.
+    /// how far off they may be, or if so asked what is drawn or every cell; the bounding box is that of the full-resolution
+    /// heights and needs no camera. Forgetting `TextureUnit(unit: 1)` before the colour map is the usual mistake: it replaces
+    /// the heights.
     ///
     /// Example: `TextureUnit(unit: 0), Texture2(filename: "fuji.png"), SeamlessTerrain(size: (90600.0, 111240.0),
     /// max_height: 65535.0, base_height: -1000.0, void_sample: 0)`.
@@ -293,10 +294,7 @@ fn lod_eye(view: &Viewpoint, cx: &ShapeContext<'_>, placed: &Placed) -> Option<L
 
 /// The inverse, unless the map is singular.
 fn inverse_of(model: &DAffine3) -> Option<DAffine3> {
-    let det = model.matrix3.determinant();
-    if det == 0.0 || !det.is_finite() {
-        return None;
-    }
+    crate::action::inverse(&model.matrix3)?;
     let inverse = model.inverse();
     inverse.is_finite().then_some(inverse)
 }
@@ -570,11 +568,14 @@ impl ShapeNode for SeamlessTerrain {
         let placed = self.placed(cx)?;
         let [dx, dy] = placed.frame.cell_size;
         let s = placed.frame.z_step;
-        if s == 0.0 {
+        let d = ray.direction;
+        // In units of a relief that is next to nothing, a ray starts so high up that it looks vertical, or beyond f64. Samples
+        // go to 10³⁸: from 10¹⁰⁰ of them the relief is 10⁻⁶² of the height that the ray starts from, far below its rounding.
+        let start = (ray.origin.z - placed.frame.base) / s;
+        if s == 0.0 || start.is_nan() || start.abs() > 1e100 || !(d.z / s).is_finite() {
             flat(&placed, cx.surface, ray, hits);
             return Ok(());
         }
-        let d = ray.direction;
         let lattice = LatticeRay {
             origin: placed.frame.lattice(ray.origin),
             direction: DVec3::new(d.x / dx, -d.y / dy, d.z / s),
@@ -675,13 +676,14 @@ impl ShapeNode for SeamlessTerrain {
     }
 }
 
-/// A terrain of no height is a rectangle, on all surfaces.
+/// A terrain of no height, or next to none, is a rectangle, on all surfaces.
 fn flat(placed: &Placed, surface: Surface, ray: &Ray, hits: &mut Vec<ShapeHit>) {
     let t = (placed.frame.base - ray.origin.z) / ray.direction.z;
     if !(t >= ray.near && t <= ray.far) {
         return;
     }
-    let point = placed.frame.lattice(ray.at(t));
+    // On the rectangle, whatever the height that rounding gives: it may be large in units of the relief.
+    let point = placed.frame.lattice(ray.at(t)).with_z(0.0);
     // Through a hole the ray passes, and beside the map.
     let Some((cell, upper)) = placed.terrain.field().ground_at(point.x, point.y) else { return };
     let (fu, fv) = (point.x - f64::from(cell[0]), point.y - f64::from(cell[1]));
@@ -691,7 +693,10 @@ fn flat(placed: &Placed, surface: Surface, ray: &Ray, hits: &mut Vec<ShapeHit>) 
         (TerrainTriangle::Lower, [1.0 - fv, fv - fu, fu])
     };
     let patch = placed.tree.hierarchy().leaf_at(cell[0], cell[1]);
-    let entering = ray.direction.z < 0.0;
-    let detail = TerrainDetail { surface, patch, triangle, barycentric, cell, entering, ..TerrainDetail::default() };
+    // In raw terms, as on the surfaces with a relief.
+    let entering = (ray.direction.z < 0.0) != (placed.frame.z_step < 0.0);
+    let error = placed.terrain.pyramid().full_range().map(f64::abs).into_iter().fold(0.0, f64::max);
+    let detail =
+        TerrainDetail { surface, patch, triangle, barycentric, cell, error, entering, ..TerrainDetail::default() };
     hits.push(placed.hit(t, point, [0.0, 0.0], None, detail));
 }

@@ -384,8 +384,8 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
         self.pending.push(Pending { t, entering, last: t >= t1, patch, triangle });
     }
 
-    /// Hands over what was found; but for a last hit on the border of the patch if it may turn out to be a touch, unless it is
-    /// the `end`.
+    /// Hands over what was found; but for a last hit on the border of the patch if it may turn out to be a touch, and for
+    /// slivers that nothing says the order of yet, unless it is the `end`.
     fn deliver(&mut self, end: bool) -> bool {
         self.pending.sort_by(|a, b| a.t.total_cmp(&b.t));
         let mut at = 0;
@@ -394,13 +394,9 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
             match self.pending.get(at + 1).filter(opposite) {
                 // In and out at one place is a touch; but slivers that lie in one plane are all there.
                 Some(next) if !(is_sliver(&hit.triangle) || is_sliver(&next.triangle)) => at += 2,
-                // In turn with what was before or comes after.
-                Some(next)
-                    if self.before.map_or_else(
-                        || self.pending.get(at + 2).is_some_and(|after| after.entering == next.entering),
-                        |before| before == hit.entering,
-                    ) =>
-                {
+                // In turn with what was before or comes after, in the next patches if need be.
+                Some(_) if !end && self.wanted(at).is_none() => break,
+                Some(next) if self.wanted(at).is_some_and(|entering| next.entering == entering) => {
                     self.pending.swap(at, at + 1);
                 }
                 None if hit.last && !end && at + 1 == self.pending.len() => break,
@@ -416,6 +412,15 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
         }
         self.pending.drain(..at);
         true
+    }
+
+    /// Whether a crossing goes into the ground, of several at one place: in turn with what was before or comes after.
+    fn wanted(&self, at: usize) -> Option<bool> {
+        let rest = self.pending.get(at..)?;
+        let here = rest.first()?.t;
+        let after = rest.iter().position(|hit| hit.t != here);
+        let after = after.and_then(|n| rest.get(n).map(|hit| hit.entering == (n % 2 == 0)));
+        self.before.map(|before| !before).or(after)
     }
 
     fn hit(&self, pending: &Pending) -> DrawnHit {

@@ -332,9 +332,14 @@ struct Walk<'t, F> {
 
 impl CoarseSurface<'_> {
     /// Calls `found` with the crossings of the ray with the surface, in order of t, each once, until it returns `false`.
+    ///
+    /// A ray whose origin or direction is not finite, whose direction is zero or whose range is empty crosses nothing.
     pub fn intersect(&self, ray: &LatticeRay, found: impl FnMut(TerrainHit) -> bool) {
         let [cu, cv] = self.tree.cells();
         let (o, d) = (ray.origin, ray.direction);
+        if !(o.is_finite() && d.is_finite()) || d == DVec3::ZERO {
+            return;
+        }
         let (u, v) = (Axis::new(o.x, d.x), Axis::new(o.y, d.y));
         let mut ray = *ray;
         for (axis, cells) in [(u, cu), (v, cv)] {
@@ -561,21 +566,18 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
         let d = self.ray.direction;
         // Spokes that the ray's line crosses: each corner and the centre lie on one side of the line.
         let side_of = |p: DVec3| d.x * (p.y - self.ray.origin.y) - d.y * (p.x - self.ray.origin.x);
+        let passes = |p: DVec3| {
+            let t =
+                if d.x.abs() >= d.y.abs() { (p.x - self.ray.origin.x) / d.x } else { (p.y - self.ray.origin.y) / d.y };
+            if t > near && t < far { t } else { far }
+        };
         let center = side_of(fan.center);
-        let mut cuts = [far; 4];
+        // Along the border of the map, triangles may meet in the centre alone, without a spoke that is crossed.
+        let mut cuts = [passes(fan.center); 5];
         for (cut, corner) in cuts.iter_mut().zip(fan.corners) {
             let s = side_of(corner);
             if (s < 0.0) != (center < 0.0) {
-                let along = s / (s - center);
-                let p = corner + (fan.center - corner) * along;
-                let t = if d.x.abs() >= d.y.abs() {
-                    (p.x - self.ray.origin.x) / d.x
-                } else {
-                    (p.y - self.ray.origin.y) / d.y
-                };
-                if t > near && t < far {
-                    *cut = t;
-                }
+                *cut = passes(corner + (fan.center - corner) * (s / (s - center)));
             }
         }
         cuts.sort_unstable_by(f64::total_cmp);
