@@ -271,6 +271,8 @@ pub struct GroupContext<'a> {
     pub path: &'a Path,
     /// The State before the group, for groups that restore any of it.
     pub entry: Option<&'a State>,
+    /// What [`State::switch`] was before the group: children may change it.
+    pub switch: i32,
     /// Which children are walked.
     pub branches: Branches<'a>,
 }

@@ -69,6 +69,8 @@ struct Level<'s> {
     key: NodeKey,
     step: usize,
     saved: Option<Box<State>>,
+    /// The choice of the Switch before.
+    switch: i32,
 }
 
 /// Walks the scene from its root. Of groups that choose among their children, `branches` says which are walked.
@@ -129,7 +131,7 @@ pub(crate) fn walk_from(
                     }
                     Some(Role::Group(group)) => {
                         let saved = (group.restores() != Restores::Nothing).then(|| Box::new(state.clone()));
-                        stack.push(Level { group, key, step: 0, saved });
+                        stack.push(Level { group, key, step: 0, saved, switch: state.switch });
                     }
                     None => {
                         path.pop();
@@ -146,7 +148,8 @@ pub(crate) fn walk_from(
             return Ok(());
         };
         let children = scene.children(level.key);
-        let cx = GroupContext { scene, key: level.key, path: &path, entry: level.saved.as_deref(), branches };
+        let (entry, switch) = (level.saved.as_deref(), level.switch);
+        let cx = GroupContext { scene, key: level.key, path: &path, entry, switch, branches };
         let step = level.step;
         level.step += 1;
         match level.group.child_at(step, &cx, &mut state) {

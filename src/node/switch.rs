@@ -38,14 +38,13 @@ impl GroupNode for Switch {
     fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut State) -> Option<usize> {
         let count = cx.children();
         let inherited = self.which_child == Switch::INHERIT;
-        // Read at the first step only: a Switch among the children changes it.
         if step == 0 && !inherited {
             state.switch = self.which_child;
         }
         if matches!(cx.branches, Branches::All) {
             return (step < count).then_some(step);
         }
-        let which = if inherited { state.switch } else { self.which_child };
+        let which = if inherited { cx.switch } else { self.which_child };
         match usize::try_from(which) {
             Ok(which) if inherited => (step == 0 && count > 0).then(|| which % count),
             Ok(which) => (step == 0 && which < count).then_some(which),
