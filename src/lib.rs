@@ -70,9 +70,10 @@ pub mod prelude {
         SearchAction, Surface, View,
     };
     pub use crate::node::{
-        AxisAngle, BaseColor, Color, ColorMode, Complexity, Cube, DetailMode, DirectionalLight, FragmentShader, Group,
-        Material, Node, OrthographicCamera, PerspectiveCamera, PointLight, SeamlessTerrain, Separator, ShaderParameter,
-        ShaderProgram, ShaderValue, Texture2, TextureUnit, Transform, VertexShader, VoidMode,
+        AxisAngle, BaseColor, Color, ColorMode, Complexity, Cube, DetailMode, DirectionalLight, Environment,
+        FragmentShader, Group, LightModel, LightingModel, Material, Node, OrthographicCamera, PerspectiveCamera,
+        PointLight, SeamlessTerrain, Separator, ShaderParameter, ShaderProgram, ShaderValue, SpotLight, Texture2,
+        TextureUnit, Transform, VertexShader, VoidMode,
     };
     pub use crate::scene::{EditError, Image, NodeKey, Path, Pixels, Scene};
 }

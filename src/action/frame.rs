@@ -18,7 +18,7 @@ pub struct Frame {
     pub size: [u32; 2],
     /// Colour where nothing is drawn, linear light, 0..1.
     pub background: Vec3,
-    /// What to draw, in the order of the walk.
+    /// What to draw: in the order of the walk, but what is transparent after all else and the furthest of it first.
     pub draws: Vec<Draw>,
     /// What the walk counted.
     pub statistics: Statistics,
@@ -67,6 +67,8 @@ pub struct Draw {
     pub ambient: Vec3,
     /// Unit vector towards the eye for orthographic cameras, where it is the same everywhere; `None` for perspective.
     pub towards_eye: Option<Vec3>,
+    /// For transparent shapes: distance of the middle of their box from the eye, along the view. Others have 0.
+    pub distance: f64,
 }
 
 /// The material of a surface in linear light.
@@ -82,6 +84,8 @@ pub struct SurfaceMaterial {
     pub emissive: Vec3,
     /// Open Inventor's shininess, 0..1; the exponent of the highlight is 128 times that.
     pub shininess: f32,
+    /// How much of what is behind is hidden, 0..1.
+    pub opacity: f32,
 }
 
 /// A light in eye-relative world axes, linear.
@@ -100,7 +104,49 @@ pub enum FrameLight {
         position: Vec3,
         /// Colour times intensity.
         color: Vec3,
+        /// How it weakens with distance.
+        attenuation: Attenuation,
     },
+    /// Light from a point into a cone.
+    Spot {
+        /// Position relative to the eye.
+        position: Vec3,
+        /// Colour times intensity.
+        color: Vec3,
+        /// How it weakens with distance.
+        attenuation: Attenuation,
+        /// Unit vector along the axis, away from the light.
+        direction: Vec3,
+        /// Its shape.
+        cone: Cone,
+    },
+}
+
+/// How light weakens with the distance d from its source, in world units: it is divided by
+/// `constant + linear · d + quadratic · d²`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Attenuation {
+    /// Multiplies the square of the distance.
+    pub quadratic: f32,
+    /// Multiplies the distance.
+    pub linear: f32,
+    /// Does not depend on the distance.
+    pub constant: f32,
+}
+
+impl Attenuation {
+    /// As strong far away as near.
+    pub const NONE: Self = Self { quadratic: 0.0, linear: 0.0, constant: 1.0 };
+}
+
+/// The cone of a spot light. Inside of it light that leaves at an angle a to the axis is multiplied by cos(a)^exponent,
+/// outside there is none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cone {
+    /// Cosine of the angle between the axis and the edge of the cone.
+    pub cos_cut_off: f32,
+    /// Exponent of the drop-off, 0..128; 0 is the same everywhere in the cone.
+    pub exponent: f32,
 }
 
 /// The shapes that a renderer knows how to draw.
@@ -166,19 +212,20 @@ pub enum DebugColor {
 }
 
 /// The kinds of shape that shaders differ by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum GeometryKind {
     /// Terrain with 16-bit integer heights.
     TerrainU16,
     /// Terrain with heights as floats.
     TerrainF32,
     /// Triangle mesh.
+    #[default]
     Mesh,
 }
 
 /// The set of effects of one draw: all that shader text, bindings and vertex data depend on. What is not in here is not
-/// in any of them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// in any of them. [`EFFECTS`](super::EFFECTS) lists them with their names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Effects {
     /// Which vertex stage.
     pub geometry: GeometryKind,
@@ -186,6 +233,12 @@ pub struct Effects {
     pub directional_lights: u8,
     /// Number of point lights.
     pub point_lights: u8,
+    /// Number of spot lights.
+    pub spot_lights: u8,
+    /// Whether the light of a point or spot light changes with distance.
+    pub attenuation: bool,
+    /// Whether what is behind shows through.
+    pub transparency: bool,
     /// Whether any light makes highlights (specular colour not black).
     pub specular: bool,
     /// Whether a colour map multiplies the diffuse colour's place.
@@ -202,34 +255,36 @@ impl Effects {
     /// Whether any light is on.
     #[must_use]
     pub fn lit(&self) -> bool {
-        self.directional_lights > 0 || self.point_lights > 0
+        self.directional_lights > 0 || self.point_lights > 0 || self.spot_lights > 0
     }
 
-    /// Names of the effects in use, for people and reports.
+    /// The same picture with the least that makes it: what has no bearing beside the other effects is left out, so that draws
+    /// that look the same share a shader. Without a light there is nothing to reflect, and colours for study are instead of others.
+    #[must_use]
+    pub fn reduced(self) -> Self {
+        let lit = self.lit();
+        let plain = self.debug_color == DebugColor::Plain;
+        Self {
+            attenuation: self.attenuation && (self.point_lights > 0 || self.spot_lights > 0),
+            ambient: self.ambient && lit,
+            specular: self.specular && lit,
+            emissive: self.emissive && lit,
+            color_map: self.color_map && plain,
+            transparency: self.transparency && plain,
+            ..self
+        }
+    }
+
+    /// Names of the effects in use, for people and reports: the kind of shape, then [`EFFECTS`](super::EFFECTS) in order.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
-        let mut names = vec![match self.geometry {
-            GeometryKind::TerrainU16 => "terrain-u16".to_owned(),
-            GeometryKind::TerrainF32 => "terrain-f32".to_owned(),
-            GeometryKind::Mesh => "mesh".to_owned(),
-        }];
-        let mut count = |n: u8, name: &str| {
-            if n > 0 {
-                names.push(format!("{name}×{n}"));
-            }
+        let kind = match self.geometry {
+            GeometryKind::TerrainU16 => "terrain-u16",
+            GeometryKind::TerrainF32 => "terrain-f32",
+            GeometryKind::Mesh => "mesh",
         };
-        count(self.directional_lights, "directional-light");
-        count(self.point_lights, "point-light");
-        let flags = [
-            (self.ambient, "ambient"),
-            (self.specular, "specular"),
-            (self.emissive, "emissive"),
-            (self.color_map, "color-map"),
-            (self.debug_color == DebugColor::Parts, "color-by-part"),
-            (self.debug_color == DebugColor::Levels, "color-by-level"),
-        ];
-        names.extend(flags.into_iter().filter(|(on, _)| *on).map(|(_, name)| name.to_owned()));
-        names
+        let used = super::EFFECTS.iter().filter(|effect| effect.is_on(self));
+        std::iter::once(kind.to_owned()).chain(used.map(|effect| effect.name_in(self))).collect()
     }
 }
 

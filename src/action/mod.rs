@@ -7,6 +7,7 @@ mod aabb;
 mod bounding_box;
 mod camera;
 mod cameras;
+mod effects;
 mod error;
 mod frame;
 mod ray;
@@ -22,15 +23,19 @@ pub use aabb::Aabb;
 pub use bounding_box::BoundingBoxAction;
 pub use camera::{CameraError, PlacedCamera};
 pub use cameras::Cameras;
+pub use effects::{DrawEffects, EFFECTS, EffectInfo};
 pub use error::{ActionError, ShapeError};
 pub use frame::{
-    ColorMap, DebugColor, Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh, Statistics, SurfaceMaterial,
-    TerrainDraw, linear_color, linear_from_srgb,
+    Attenuation, ColorMap, Cone, DebugColor, Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh,
+    Statistics, SurfaceMaterial, TerrainDraw, linear_color, linear_from_srgb,
 };
 pub use ray::{Ray, RayError, intersect_triangle};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
 pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::SearchAction;
-pub use state::{PlacedLight, Program, PropertyContext, ShapeContext, State, TextureBinding, TextureSource};
+pub use state::{
+    Aspect, Credits, LightSource, PlacedLight, Program, PropertyContext, ShapeContext, State, TextureBinding,
+    TextureSource,
+};
 pub use view::{View, ViewStatistics};
 pub use viewpoint::{Lens, Viewpoint};

@@ -13,14 +13,12 @@ use super::state::{cofactors, compose};
 use super::view::Kept;
 use super::walk::{Visitor, walk};
 use super::{
-    ActionError, Cameras, DebugColor, Lens, PlacedCamera, PlacedLight, ShapeContext, ShapeError, State, View, Viewpoint,
+    ActionError, Cameras, DebugColor, Lens, LightSource, PlacedCamera, PlacedLight, ShapeContext, ShapeError, State,
+    View, Viewpoint,
 };
-use crate::node::{Color, ShapeNode, Triangle};
+use crate::node::{Color, LightingModel, ShapeNode, Triangle};
 use crate::scene::{Path, Scene};
 use crate::terrain::Frustum;
-
-/// Ambient light where there is any other light: Open Inventor's default Environment, white of intensity 0.2.
-const AMBIENT: f32 = 0.2;
 
 /// Makes the [`Frame`] of a picture. Uses no GPU.
 ///
@@ -86,11 +84,7 @@ impl RenderAction {
             let cameras = Cameras::new(scene, self.size);
             let viewpoint = cameras.viewpoint(self.camera.as_deref())?;
             view.begin();
-            walk(scene, &mut Render { scene, viewpoint, cameras: &cameras, size: self.size, view })?;
-            let Frame { size, background, draws, statistics } = &mut view.frame;
-            (*size, *background) = (self.size, self.background.linear());
-            statistics.draw_calls = draws.iter().map(Draw::calls).sum();
-            statistics.triangles = draws.iter().map(Draw::triangles).sum();
+            walk(scene, &mut Render::new(self, scene, viewpoint, &cameras, view))?;
             view.end(self, scene);
         }
         Ok(&view.frame)
@@ -102,13 +96,19 @@ impl Draw {
         self.clip_from_rel.is_finite() && self.eye_from_rel.is_finite() && self.normal_from_rel.is_finite()
     }
 
-    /// Draw calls that it takes.
+    /// Draw calls that it takes: what is transparent is drawn twice, first into depth alone.
     #[must_use]
     pub fn calls(&self) -> u32 {
-        match &self.geometry {
+        let once = match &self.geometry {
             Geometry::Terrain(terrain) => terrain.instances.ranges().len() as u32,
             Geometry::Mesh(_) => 1,
-        }
+        };
+        once * (1 + u32::from(self.effects.transparency))
+    }
+
+    /// Where it comes among the draws of a frame, the smallest first.
+    pub(super) fn order(&self) -> (bool, f64) {
+        (self.effects.transparency, -self.distance)
     }
 
     /// Triangles that it draws.
@@ -169,12 +169,30 @@ pub(super) fn find_camera(scene: &Scene, name: Option<&str>) -> Result<Arc<Place
     })
 }
 
-struct Render<'s> {
+/// Gathers the draws of a scene in a View.
+pub(super) struct Render<'s> {
     scene: &'s Scene,
     viewpoint: Viewpoint,
     cameras: &'s Cameras<'s>,
     size: [u32; 2],
     view: &'s mut View,
+}
+
+impl<'s> Render<'s> {
+    pub(super) fn new(
+        action: &RenderAction,
+        scene: &'s Scene,
+        viewpoint: Viewpoint,
+        cameras: &'s Cameras<'s>,
+        view: &'s mut View,
+    ) -> Self {
+        Self { scene, viewpoint, cameras, size: action.size, view }
+    }
+
+    /// What was gathered so far.
+    pub(super) fn draws(&self) -> &[Draw] {
+        &self.view.frame.draws
+    }
 }
 
 impl Visitor for Render<'_> {
@@ -201,6 +219,13 @@ impl Visitor for Render<'_> {
             let kept = cx.kept;
             self.view.keep(kept);
             drawn.map_err(|e| shape_cx.error(e))?;
+            let drawn = self.view.frame.draws.get_mut(first..).unwrap_or_default();
+            if drawn.iter().any(|draw| draw.effects.transparency) {
+                let middle = shape.bounds(&shape_cx).map_err(|e| shape_cx.error(e))?;
+                let middle = middle.map_or(DVec3::ZERO, |aabb| (aabb.min + aabb.max) * 0.5);
+                let to_middle = state.model.transform_point3(middle) - self.viewpoint.eye;
+                drawn.iter_mut().for_each(|draw| draw.distance = to_middle.dot(self.viewpoint.forward));
+            }
             // In f64 there is room for more than a GPU can be told.
             if !self.view.frame.draws.iter().skip(first).all(Draw::is_finite) {
                 return Err(shape_cx.error(ShapeError::BeyondFloats));
@@ -258,15 +283,18 @@ impl DrawContext<'_> {
     /// distance; see [`TerrainDraw::anchor`](super::TerrainDraw::anchor).
     pub fn draw(&mut self, geometry: Geometry, local_from_rel: &DAffine3, options: DrawOptions) {
         let state = self.shape.state;
+        if state.material.transparency >= 1.0 && options.debug_color == DebugColor::Plain {
+            return;
+        }
         let eye_from_rel = compose(&self.eye_from_local(), local_from_rel);
-        let unlit = options.debug_color != DebugColor::Plain && !options.lit;
+        let unlit = state.light_model.model == LightingModel::BaseColor
+            || options.debug_color != DebugColor::Plain && !options.lit;
         let lights: Arc<[FrameLight]> = if unlit {
             Arc::default()
         } else {
             state.lights.iter().map(|light| place_light(light, self.view.eye)).collect()
         };
         let count = |f: fn(&FrameLight) -> bool| lights.iter().filter(|l| f(l)).count().min(255) as u8;
-        let lit = !lights.is_empty();
         let m = &state.material;
         let material = SurfaceMaterial {
             ambient: m.ambient_color.linear(),
@@ -274,17 +302,23 @@ impl DrawContext<'_> {
             specular: m.specular_color.linear(),
             emissive: m.emissive_color.linear(),
             shininess: m.shininess,
+            opacity: 1.0 - m.transparency,
         };
+        let ambient = state.environment.ambient();
         let effects = Effects {
             geometry: options.kind,
             directional_lights: count(|l| matches!(l, FrameLight::Directional { .. })),
             point_lights: count(|l| matches!(l, FrameLight::Point { .. })),
-            specular: lit && material.specular != Vec3::ZERO,
+            spot_lights: count(|l| matches!(l, FrameLight::Spot { .. })),
+            attenuation: state.lights.iter().any(|light| light.source.attenuates()),
+            transparency: m.transparency > 0.0,
+            specular: material.specular != Vec3::ZERO,
             color_map: options.color_map,
             debug_color: options.debug_color,
-            ambient: lit && material.ambient != Vec3::ZERO,
-            emissive: lit && material.emissive != Vec3::ZERO,
-        };
+            ambient: material.ambient * ambient != Vec3::ZERO,
+            emissive: material.emissive != Vec3::ZERO,
+        }
+        .reduced();
         // A mesh has an outside, which no map turns in. A terrain has an upper side, which local z points from: its
         // triangles are counter-clockwise seen from there, whether heights run up, down or not at all; in (u, v, w) they
         // look clockwise, since rows run south.
@@ -313,8 +347,9 @@ impl DrawContext<'_> {
             mirrored,
             material,
             lights,
-            ambient: if lit { Vec3::splat(AMBIENT) } else { Vec3::ZERO },
+            ambient,
             towards_eye,
+            distance: 0.0,
         });
     }
 
@@ -362,8 +397,18 @@ pub struct DrawOptions {
 }
 
 fn place_light(light: &PlacedLight, eye: DVec3) -> FrameLight {
-    match *light {
-        PlacedLight::Directional { towards, color } => FrameLight::Directional { towards: towards.as_vec3(), color },
-        PlacedLight::Point { position, color } => FrameLight::Point { position: relative(position, eye), color },
+    let color = light.color;
+    match light.source {
+        LightSource::Directional { towards } => FrameLight::Directional { towards: towards.as_vec3(), color },
+        LightSource::Point { position, attenuation } => {
+            FrameLight::Point { position: relative(position, eye), color, attenuation }
+        }
+        LightSource::Spot { position, attenuation, direction, cone } => FrameLight::Spot {
+            position: relative(position, eye),
+            color,
+            attenuation,
+            direction: direction.as_vec3(),
+            cone,
+        },
     }
 }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use super::{ActionError, Cameras, PlacedCamera, ShapeError, Surface, Viewpoint};
-use crate::node::{Complexity, Material};
+use super::{ActionError, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
+use crate::node::{Complexity, Environment, LightModel, Material};
 use crate::scene::{Image, NodeKey, Path, Scene};
 
 /// The properties in force at a point of a walk.
@@ -29,6 +29,12 @@ pub struct State {
     pub program: Program,
     /// The camera met last.
     pub camera: Option<Arc<PlacedCamera>>,
+    /// Air and light from the surroundings.
+    pub environment: Environment,
+    /// Whether light is looked at.
+    pub light_model: LightModel,
+    /// Which node set what.
+    pub credits: Credits,
 }
 
 impl Default for State {
@@ -42,6 +48,9 @@ impl Default for State {
             textures: Arc::default(),
             program: Program::default(),
             camera: None,
+            environment: Environment::default(),
+            light_model: LightModel::default(),
+            credits: Credits::default(),
         }
     }
 }
@@ -57,13 +66,26 @@ impl State {
         self.model.translation += self.model.matrix3 * by;
     }
 
-    pub(crate) fn set_texture(&mut self, source: Option<TextureSource>, node: NodeKey) {
+    pub(crate) fn set_texture(&mut self, source: Option<TextureSource>, cx: &PropertyContext<'_>) {
         let unit = self.unit;
         let textures = Arc::make_mut(&mut self.textures);
         textures.retain(|t| t.unit != unit);
         if let Some(source) = source {
-            textures.push(TextureBinding { unit, source, node });
+            textures.push(TextureBinding { unit, source, node: cx.key, visit: cx.visit });
         }
+    }
+
+    /// Notes that a property has set an aspect of the state.
+    pub fn credit(&mut self, aspect: Aspect, cx: &PropertyContext<'_>) {
+        if let Some(slot) = self.credits.0.get_mut(aspect as usize) {
+            *slot = Some(cx.visit);
+        }
+    }
+
+    /// The node that set an aspect last; `None` if it has its default. See [`PropertyContext::visit`].
+    #[must_use]
+    pub fn credited(&self, aspect: Aspect) -> Option<u64> {
+        self.credits.0.get(aspect as usize).copied().flatten()
     }
 
     /// The texture on a unit.
@@ -102,24 +124,77 @@ pub(crate) fn cofactors(m: &DMat3) -> DMat3 {
     if scale > 0.0 { found * (1.0 / scale) } else { found }
 }
 
-/// A light in world coordinates, its colour in linear light times its intensity.
+/// A light in world coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum PlacedLight {
+pub struct PlacedLight {
+    /// Colour in linear light times intensity.
+    pub color: Vec3,
+    /// Where it comes from.
+    pub source: LightSource,
+    /// The node that it is; see [`PropertyContext::visit`].
+    pub visit: u64,
+}
+
+/// Where light comes from, in world coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LightSource {
     /// Parallel light.
     Directional {
         /// Unit vector towards the light.
         towards: DVec3,
-        /// Colour times intensity.
-        color: Vec3,
     },
     /// Light from a point.
     Point {
         /// Where it stands.
         position: DVec3,
-        /// Colour times intensity.
-        color: Vec3,
+        /// How it weakens with distance.
+        attenuation: Attenuation,
+    },
+    /// Light from a point into a cone.
+    Spot {
+        /// Where it stands.
+        position: DVec3,
+        /// How it weakens with distance.
+        attenuation: Attenuation,
+        /// Unit vector along the axis, away from the light.
+        direction: DVec3,
+        /// Its shape.
+        cone: Cone,
     },
 }
+
+impl LightSource {
+    /// Whether its light changes with distance.
+    #[must_use]
+    pub fn attenuates(&self) -> bool {
+        match self {
+            LightSource::Directional { .. } => false,
+            LightSource::Point { attenuation, .. } | LightSource::Spot { attenuation, .. } => {
+                *attenuation != Attenuation::NONE
+            }
+        }
+    }
+}
+
+/// What of the State an effect may come from; for reports of which node asked for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(usize)]
+pub enum Aspect {
+    /// Colours and transparency.
+    Material,
+    /// Air and light from the surroundings.
+    Environment,
+    /// Whether light is looked at.
+    LightModel,
+}
+
+impl Aspect {
+    const COUNT: usize = Aspect::LightModel as usize + 1;
+}
+
+/// The last node that set each [`Aspect`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Credits([Option<u64>; Aspect::COUNT]);
 
 /// Which texture unit carries what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -154,6 +229,8 @@ pub struct TextureBinding {
     pub source: TextureSource,
     /// The node that put it there.
     pub node: NodeKey,
+    /// The occurrence of that node; see [`PropertyContext::visit`].
+    pub visit: u64,
 }
 
 /// What a property knows of its place.
@@ -163,6 +240,9 @@ pub struct PropertyContext<'a> {
     pub scene: &'a Scene,
     /// The property's own node.
     pub key: NodeKey,
+    /// Number of the occurrence: how many nodes the walk has entered, this one included. Tells occurrences of a shared node
+    /// apart.
+    pub visit: u64,
 }
 
 /// What a shape knows of its place.

@@ -4,6 +4,7 @@
 
 mod bbox;
 mod check;
+mod effects;
 mod generate;
 mod pick;
 mod render;
@@ -36,6 +37,7 @@ enum Command {
     Pick(pick::Args),
     Bbox(bbox::Args),
     Check(check::Args),
+    Effects(effects::Args),
     Tree(tree::Args),
     Generate(generate::Args),
 }
@@ -68,6 +70,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Pick(args) => pick::run(&args),
         Command::Bbox(args) => bbox::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Effects(args) => effects::run(&args),
         Command::Tree(args) => tree::run(&args),
         Command::Generate(args) => generate::run(&args),
     };

@@ -87,6 +87,6 @@ impl PropertyNode for Texture2 {
             None if self.filename.is_empty() => None,
             None => Some(TextureSource::File(cx.scene.resolve(&self.filename))),
         };
-        state.set_texture(source, cx.key);
+        state.set_texture(source, cx);
     }
 }

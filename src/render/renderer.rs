@@ -6,17 +6,17 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 
 use super::RenderError;
+use super::bindings::{Slot, SlotSet};
 use super::buffers::GrowingBuffer;
 use super::cache::Cache;
 use super::error::guarded;
-use super::pipelines::{DEPTH_FORMAT, Pipelines};
-use super::shader::Variant;
+use super::pipelines::{DEPTH_FORMAT, MESH_STRIDE, Pipeline, Pipelines};
+use super::shader::{Variant, encodes};
 use super::targets::Targets;
-use super::textures::{Gpu, SMOOTH, Textures};
+use super::textures::{Gpu, Textures};
 use super::timer::Timer;
 use super::uniforms::{self, STRIP_COLOR, TILE_COLOR};
-use crate::action::{DebugColor, Draw, Frame, Geometry, GeometryKind, Mesh, TerrainDraw};
-use crate::node::TextureFilter;
+use crate::action::{DebugColor, Draw, Frame, Geometry, GeometryKind, Mesh};
 use crate::terrain::{Instance, Parts, Resolutions, Samples};
 
 /// What a [`Renderer`] is made with.
@@ -70,6 +70,21 @@ pub struct DrawReport {
     pub gpu_bytes: u64,
 }
 
+/// What one draw of a frame takes. What several draws share is counted with each of them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct DrawCost {
+    /// Number of the shader variant, counted from 0 in the order of the frame: draws with the same number share it.
+    pub variant: usize,
+    /// Bytes of the variant's WGSL.
+    pub shader_bytes: u64,
+    /// Bytes of its textures on the device.
+    pub texture_bytes: u64,
+    /// Bytes of its vertices, indices and instances on the device.
+    pub buffer_bytes: u64,
+    /// Bytes of its uniforms.
+    pub uniform_bytes: u64,
+}
+
 /// Draws [`Frame`]s into texture views with a device and queue that the caller owns.
 ///
 /// It keeps pipelines, maps and images on the device from frame to frame, and gives up maps and images that are not drawn
@@ -99,7 +114,7 @@ pub struct Renderer {
     frame: u64,
     pipelines: Pipelines,
     textures: Textures,
-    /// Bindings of the textures of a terrain.
+    /// Bindings of the textures of draws.
     bound_textures: Cache<TextureKey, wgpu::BindGroup>,
     /// Index buffers of tiles and strips.
     parts: Cache<Resolutions, wgpu::Buffer>,
@@ -130,16 +145,17 @@ struct Job {
     /// Which draw of the frame.
     draw: usize,
     pipeline: wgpu::RenderPipeline,
+    depth_only: Option<wgpu::RenderPipeline>,
     uniform_size: u64,
     /// Where its uniforms lie, for tiles and for strips.
     uniforms: [u32; 2],
+    textures: Option<wgpu::BindGroup>,
     geometry: Ready,
 }
 
 #[derive(Debug)]
 enum Ready {
     Terrain {
-        textures: wgpu::BindGroup,
         indices: wgpu::Buffer,
         /// First of its instances in the buffer of the frame.
         first: u32,
@@ -152,16 +168,16 @@ enum Ready {
     },
 }
 
-/// What the bindings of a terrain's textures depend on.
+/// What bindings of textures depend on: the slots, and what is in each of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct TextureKey {
-    map: u64,
-    gradients: bool,
-    colors: Option<(u64, TextureFilter)>,
+    slots: SlotSet,
+    contents: [u64; Slot::ALL.len()],
 }
 
 impl Renderer {
-    /// A renderer for targets of `format`. If the format does not encode sRGB by itself, the shaders do.
+    /// A renderer for targets of `format`. If the format is of integers and does not encode sRGB by itself, the shaders do;
+    /// formats of floats are given linear light.
     ///
     /// Nothing is made on the device until something is drawn.
     #[must_use]
@@ -270,6 +286,40 @@ impl Renderer {
             + buffers.into_iter().map(GrowingBuffer::size).sum::<u64>()
     }
 
+    /// What each draw of a frame takes, once the frame was drawn; textures that are not on the device count nothing.
+    ///
+    /// # Errors
+    ///
+    /// When effects contradict each other.
+    pub fn costs(&self, frame: &Frame) -> Result<Vec<DrawCost>, RenderError> {
+        let mut variants: Vec<Variant> = Vec::new();
+        let cost = |draw: &Draw| {
+            let variant = Variant::new(&draw.effects, self.format)?;
+            let number = variants.iter().position(|v| *v == variant).unwrap_or_else(|| {
+                variants.push(variant);
+                variants.len() - 1
+            });
+            let mut uniforms = Vec::new();
+            let buffer_bytes = match &draw.geometry {
+                Geometry::Terrain(terrain) => {
+                    let indices = self.parts.peek(&terrain.parts.resolutions()).map_or(0, wgpu::Buffer::size);
+                    indices + size_of_val(terrain.instances.data()) as u64
+                }
+                Geometry::Mesh(mesh) => {
+                    mesh.positions.len() as u64 * MESH_STRIDE + size_of_val(mesh.triangles.as_slice()) as u64
+                }
+            };
+            Ok(DrawCost {
+                variant: number,
+                shader_bytes: variant.text()?.len() as u64,
+                texture_bytes: Slot::of(&variant).map(|slot| self.textures.held(draw, slot)).sum(),
+                buffer_bytes,
+                uniform_bytes: uniforms::write(&variant, draw, draw.material.diffuse, 1.0, &mut uniforms),
+            })
+        };
+        frame.draws.iter().map(cost).collect()
+    }
+
     /// Gets or makes all that the draws need but for the frame's own buffers, whose contents are listed.
     fn prepare(&mut self, gpu: Gpu<'_>, frame: &Frame) -> Result<(), RenderError> {
         let scratch = &mut self.scratch;
@@ -292,18 +342,24 @@ impl Renderer {
         check_effects(draw)?;
         let variant = Variant::new(&draw.effects, self.format)?;
         let pipeline = self.pipelines.get(gpu.device, variant, draw.mirrored)?;
-        let (geometry, gradient_factor) = match (&draw.geometry, &pipeline.textures) {
-            (Geometry::Terrain(terrain), Some(layout)) => {
-                let (textures, factor) = self.bind_textures(gpu, &variant, terrain, layout)?;
+        let textures = match &pipeline.textures {
+            Some(layout) => Some(self.bind_textures(gpu, &variant, draw, layout)?),
+            None => None,
+        };
+        let (geometry, gradient_factor) = match &draw.geometry {
+            Geometry::Terrain(terrain) => {
                 let indices = self.parts.get(terrain.parts.resolutions(), gpu.frame, || {
                     index_buffer(gpu, &terrain.parts, &mut self.textures.uploaded)
                 })?;
                 let first = self.scratch.instances.len() as u32;
                 self.scratch.instances.extend_from_slice(terrain.instances.data());
-                (Ready::Terrain { textures, indices: indices.clone(), first }, factor)
+                let factor = match variant.effects.lit() {
+                    true => self.textures.gradients(gpu, &terrain.heights)?.factor,
+                    false => 1.0,
+                };
+                (Ready::Terrain { indices: indices.clone(), first }, factor)
             }
-            (Geometry::Mesh(mesh), None) => (self.scratch.add_mesh(mesh), 1.0),
-            _ => return Err(RenderError::Effects("the effects are for another kind of geometry")),
+            Geometry::Mesh(mesh) => (self.scratch.add_mesh(mesh), 1.0),
         };
         let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment as usize;
         let mut uniform_size = 0;
@@ -318,49 +374,38 @@ impl Renderer {
             DebugColor::Parts => [TILE_COLOR, STRIP_COLOR].map(|color| add(uniforms::linear(color))),
             DebugColor::Plain | DebugColor::Levels => [add(draw.material.diffuse); 2],
         };
-        Ok(Job { draw: index, pipeline: pipeline.pipeline, uniform_size, uniforms, geometry })
+        let Pipeline { pipeline, depth_only, .. } = pipeline;
+        Ok(Job { draw: index, pipeline, depth_only, uniform_size, uniforms, textures, geometry })
     }
 
-    /// The bindings of a terrain's textures, and the factor of its gradients.
+    /// The bindings of the textures that a draw reads.
     fn bind_textures(
         &mut self,
         gpu: Gpu<'_>,
         variant: &Variant,
-        terrain: &TerrainDraw,
+        draw: &Draw,
         layout: &wgpu::BindGroupLayout,
-    ) -> Result<(wgpu::BindGroup, f32), RenderError> {
-        let field = &terrain.heights;
-        let color_map = terrain.color_map.as_ref().filter(|_| variant.color_map);
-        let key = TextureKey {
-            map: field.id(),
-            gradients: variant.lit(),
-            colors: color_map.map(|map| (map.image.id(), map.filter)),
-        };
-        // Views and samplers are handles: cheap to clone. They are asked for each frame, which keeps them.
-        let mut views = vec![(0, self.textures.heights(gpu, field)?.view.clone())];
-        let mut samplers = Vec::new();
-        let mut factor = 1.0;
-        if variant.lit() {
-            let gradients = self.textures.gradients(gpu, field)?;
-            factor = gradients.factor;
-            views.push((1, gradients.view.clone()));
-            samplers.push((2, self.textures.sampler(gpu, SMOOTH)?.clone()));
-        }
-        if let Some(map) = color_map {
-            views.push((3, self.textures.colors(gpu, &map.image, map.filter.mipmaps)?.view.clone()));
-            samplers.push((4, self.textures.sampler(gpu, map.filter)?.clone()));
+    ) -> Result<wgpu::BindGroup, RenderError> {
+        let mut key = TextureKey { slots: SlotSet::of(variant), contents: [0; Slot::ALL.len()] };
+        let mut contents = [const { None }; Slot::ALL.len()];
+        // Asked for each frame, which keeps them: caches drop what is not asked for. Views and samplers are handles.
+        for ((slot, id), place) in Slot::of(variant).zip(&mut key.contents).zip(&mut contents) {
+            let (found, content) = self.textures.content(gpu, draw, slot)?;
+            *id = found;
+            *place = Some((slot.binding(), content));
         }
         let group = self.bound_textures.get(key, gpu.frame, || {
-            let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
-            let views = views.iter().map(|(binding, v)| entry(*binding, wgpu::BindingResource::TextureView(v)));
-            let samplers = samplers.iter().map(|(binding, s)| entry(*binding, wgpu::BindingResource::Sampler(s)));
-            let entries: Vec<_> = views.chain(samplers).collect();
-            let label = Some("textures of a terrain");
+            let entries: Vec<_> = contents
+                .iter()
+                .flatten()
+                .map(|(binding, content)| wgpu::BindGroupEntry { binding: *binding, resource: content.resource() })
+                .collect();
+            let label = Some("textures of a draw");
             guarded(gpu.device, "binding textures", || {
                 gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries: &entries })
             })
         })?;
-        Ok((group.clone(), factor))
+        Ok(group.clone())
     }
 
     /// Sends the frame's own buffers and binds the uniforms.
@@ -430,7 +475,10 @@ impl Renderer {
                 multiview_mask: None,
             });
             for job in &self.scratch.jobs {
-                calls += frame.draws.get(job.draw).map_or(0, |draw| self.encode_job(&mut pass, job, draw));
+                let Some(draw) = frame.draws.get(job.draw) else { continue };
+                for pipeline in job.depth_only.iter().chain([&job.pipeline]) {
+                    calls += self.encode_job(&mut pass, pipeline, job, draw);
+                }
             }
         }
         if let Some(timer) = &self.timer {
@@ -440,14 +488,22 @@ impl Renderer {
         calls
     }
 
-    fn encode_job(&self, pass: &mut wgpu::RenderPass<'_>, job: &Job, draw: &Draw) -> u32 {
+    fn encode_job(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipeline: &wgpu::RenderPipeline,
+        job: &Job,
+        draw: &Draw,
+    ) -> u32 {
         let Some(bound_uniforms) = self.bound_uniforms.get(&job.uniform_size) else { return 0 };
-        pass.set_pipeline(&job.pipeline);
+        pass.set_pipeline(pipeline);
         pass.set_bind_group(0, bound_uniforms, &job.uniforms[..1]);
+        if let Some(textures) = &job.textures {
+            pass.set_bind_group(1, textures, &[]);
+        }
         match (&job.geometry, &draw.geometry) {
-            (Ready::Terrain { textures, indices, first }, Geometry::Terrain(terrain)) => {
+            (Ready::Terrain { indices, first }, Geometry::Terrain(terrain)) => {
                 let Some(instances) = self.instances.get() else { return 0 };
-                pass.set_bind_group(1, textures, &[]);
                 pass.set_vertex_buffer(0, instances.slice(..));
                 pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
                 // Parts are numbered tiles first.
@@ -482,7 +538,7 @@ impl Renderer {
     fn clear_color(&self, linear: Vec3) -> wgpu::Color {
         let encoded = |c: f32| {
             let c = f64::from(c.clamp(0.0, 1.0));
-            if self.format.is_srgb() {
+            if !encodes(self.format) {
                 c
             } else if c <= 0.003_130_8 {
                 c * 12.92

@@ -3,88 +3,67 @@
 use wesl::{CompileOptions, Feature, Features, ManglerKind, ModulePath, VirtualResolver, Wesl};
 
 use super::RenderError;
-use crate::action::{DebugColor, Effects, GeometryKind};
+use crate::action::{DebugColor, EFFECTS, Effects, GeometryKind};
 
-/// All that shader text depends on.
-///
-/// Less than [`Effects`]: what has no effect beside others is left out, so that variants that draw the same are the same.
+/// All that shader text depends on: the effects that have a bearing, and the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Variant {
-    pub geometry: GeometryKind,
-    pub directional: u8,
-    pub point: u8,
-    pub ambient: bool,
-    pub specular: bool,
-    pub emissive: bool,
-    pub color_map: bool,
-    /// Coloured by level. (Colours by part are two plain colours, which need no shader.)
-    pub levels: bool,
+    pub effects: Effects,
     /// Whether the shader has to encode what it writes.
     pub encode_srgb: bool,
 }
 
 impl Variant {
     pub(super) fn new(effects: &Effects, format: wgpu::TextureFormat) -> Result<Self, RenderError> {
-        let terrain = effects.geometry != GeometryKind::Mesh;
         let plain = effects.debug_color == DebugColor::Plain;
-        if !terrain && (effects.color_map || !plain) {
+        if effects.geometry == GeometryKind::Mesh && (effects.color_map || !plain) {
             return Err(RenderError::Effects("colour maps and colours for study are for terrains, not for meshes"));
         }
-        let lit = effects.lit();
-        Ok(Self {
-            geometry: effects.geometry,
-            directional: effects.directional_lights,
-            point: effects.point_lights,
-            ambient: lit && effects.ambient,
-            specular: lit && effects.specular,
-            emissive: lit && effects.emissive,
-            color_map: effects.color_map && plain,
-            levels: effects.debug_color == DebugColor::Levels,
-            encode_srgb: !format.is_srgb(),
-        })
+        // Colours by part are two plain colours, which need no shader of their own.
+        let debug_color = match effects.debug_color {
+            DebugColor::Parts => DebugColor::Plain,
+            other => other,
+        };
+        Ok(Self { effects: Effects { debug_color, ..effects.reduced() }, encode_srgb: encodes(format) })
     }
 
     pub(super) fn terrain(&self) -> bool {
-        self.geometry != GeometryKind::Mesh
-    }
-
-    pub(super) fn lit(&self) -> bool {
-        self.directional > 0 || self.point > 0
+        self.effects.geometry != GeometryKind::Mesh
     }
 
     /// Whether fragments need to know where they are.
     pub(super) fn position(&self) -> bool {
-        self.point > 0 || self.specular
+        self.effects.point_lights > 0 || self.effects.spot_lights > 0 || self.effects.specular
     }
 
     /// The WGSL.
     pub(super) fn text(&self) -> Result<String, RenderError> {
-        let counts = format!("const DIRECTIONAL = {}u;\nconst POINT = {}u;\n", self.directional, self.point);
+        let e = &self.effects;
+        let counts = format!(
+            "const DIRECTIONAL = {}u;\nconst POINT = {}u;\nconst SPOT = {}u;\n",
+            e.directional_lights, e.point_lights, e.spot_lights
+        );
         let mut modules = VirtualResolver::new();
         let sources = MODULES.iter().copied().chain([("counts", counts.as_str())]);
         for (name, source) in sources {
             modules.add_module(path(name)?, source.into());
         }
-        let flags = [
+        // What follows from several effects.
+        let common = [
             ("terrain", self.terrain()),
             ("mesh", !self.terrain()),
-            ("u16", self.geometry == GeometryKind::TerrainU16),
-            ("lit", self.lit()),
-            ("directional", self.directional > 0),
-            ("point", self.point > 0),
-            ("ambient", self.ambient),
-            ("specular", self.specular),
-            ("emissive", self.emissive),
+            ("u16", e.geometry == GeometryKind::TerrainU16),
+            ("lit", e.lit()),
             ("position", self.position()),
-            ("color_map", self.color_map),
-            ("levels", self.levels),
             ("encode_srgb", self.encode_srgb),
         ];
+        let flags = EFFECTS.iter().map(|effect| (effect.name.replace('-', "_"), effect.is_on(e)));
+        let flags = flags.chain(common.map(|(name, on)| (name.to_owned(), on)));
         let options = CompileOptions {
             features: Features {
                 // A flag that is misspelt in a module is an error.
                 default: Feature::Error,
-                flags: flags.into_iter().map(|(name, on)| (name.to_owned(), on.into())).collect(),
+                flags: flags.map(|(name, on)| (name, on.into())).collect(),
             },
             // The modules' names are distinct, and stay readable.
             ..CompileOptions::default()
@@ -95,6 +74,15 @@ impl Variant {
         let result = compiler.compile(&path("main")?).map_err(|e| RenderError::Shader(e.to_string()))?;
         Ok(result.to_string())
     }
+}
+
+/// Whether shaders encode sRGB for targets of this format: integers without an encoding of their own. Floats are given
+/// linear light.
+pub(super) fn encodes(format: wgpu::TextureFormat) -> bool {
+    use wgpu::TextureFormat::{R16Float, R32Float, Rg11b10Ufloat, Rg16Float, Rg32Float, Rgba16Float, Rgba32Float};
+    let floats =
+        matches!(format, R16Float | R32Float | Rg16Float | Rg32Float | Rg11b10Ufloat | Rgba16Float | Rgba32Float);
+    !format.is_srgb() && !floats
 }
 
 const MODULES: [(&str, &str); 8] = [
@@ -121,19 +109,10 @@ fn path(module: &str) -> Result<ModulePath, RenderError> {
 /// # Example
 ///
 /// ```
-/// use seamount::action::{DebugColor, Effects, GeometryKind};
+/// use seamount::action::{Effects, GeometryKind};
 /// use seamount::render::shader_text;
 ///
-/// let mut effects = Effects {
-///     geometry: GeometryKind::TerrainU16,
-///     directional_lights: 1,
-///     point_lights: 0,
-///     specular: false,
-///     color_map: false,
-///     debug_color: DebugColor::Plain,
-///     ambient: false,
-///     emissive: false,
-/// };
+/// let mut effects = Effects { geometry: GeometryKind::TerrainU16, directional_lights: 1, ..Effects::default() };
 /// let format = wgpu::TextureFormat::Rgba8UnormSrgb;
 /// assert!(!shader_text(&effects, format)?.contains("specular"));
 /// effects.specular = true;

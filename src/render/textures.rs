@@ -5,9 +5,11 @@ use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 
 use super::RenderError;
+use super::bindings::Slot;
 use super::cache::Cache;
 use super::error::guarded;
 use super::mips::{ColorHalver, Level, full_chain, half_gradients};
+use crate::action::{ColorMap, Draw, Geometry};
 use crate::node::TextureFilter;
 use crate::scene::Image;
 use crate::terrain::{HeightField, Samples};
@@ -44,7 +46,61 @@ pub(super) struct Gpu<'a> {
     pub frame: u64,
 }
 
+/// What is put into a slot of the bindings.
+#[derive(Debug)]
+pub(super) enum Content {
+    View(wgpu::TextureView),
+    Sampler(wgpu::Sampler),
+}
+
+impl Content {
+    pub(super) fn resource(&self) -> wgpu::BindingResource<'_> {
+        match self {
+            Content::View(view) => wgpu::BindingResource::TextureView(view),
+            Content::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
+        }
+    }
+}
+
 impl Textures {
+    /// What a draw has for a slot, and a number that tells it from whatever else may be in the same slot.
+    pub(super) fn content(&mut self, gpu: Gpu<'_>, draw: &Draw, slot: Slot) -> Result<(u64, Content), RenderError> {
+        let Geometry::Terrain(terrain) = &draw.geometry else {
+            return Err(RenderError::Effects("the effects are for another kind of geometry"));
+        };
+        let field = &terrain.heights;
+        let colors =
+            || terrain.color_map.as_ref().ok_or(RenderError::Effects("a colour map is asked for, but there is none"));
+        Ok(match slot {
+            Slot::Heights => (field.id(), Content::View(self.heights(gpu, field)?.view.clone())),
+            Slot::Gradients => (field.id(), Content::View(self.gradients(gpu, field)?.view.clone())),
+            Slot::GradientSampler => (0, Content::Sampler(self.sampler(gpu, SMOOTH)?.clone())),
+            Slot::ColorMap => {
+                let map = colors()?;
+                let view = self.colors(gpu, &map.image, map.filter.mipmaps)?.view.clone();
+                (map.image.id() << 1 | u64::from(map.filter.mipmaps), Content::View(view))
+            }
+            Slot::ColorMapSampler => {
+                let filter = colors()?.filter;
+                (filter.bits(), Content::Sampler(self.sampler(gpu, filter)?.clone()))
+            }
+        })
+    }
+
+    /// Bytes on the device of what a draw has for a slot.
+    pub(super) fn held(&self, draw: &Draw, slot: Slot) -> u64 {
+        let Geometry::Terrain(terrain) = &draw.geometry else { return 0 };
+        let field = terrain.heights.id();
+        let colors = |map: &ColorMap| self.colors.peek(&(map.image.id(), map.filter.mipmaps));
+        let texture = match slot {
+            Slot::Heights => self.heights.peek(&field),
+            Slot::Gradients => self.gradients.peek(&field),
+            Slot::ColorMap => terrain.color_map.as_ref().and_then(colors),
+            Slot::GradientSampler | Slot::ColorMapSampler => None,
+        };
+        texture.map_or(0, |texture| texture.bytes)
+    }
+
     /// The samples of a map, at the depth of its file.
     pub(super) fn heights(&mut self, gpu: Gpu<'_>, field: &HeightField) -> Result<&Texture, RenderError> {
         let uploaded = &mut self.uploaded;
@@ -131,8 +187,7 @@ impl Textures {
 }
 
 /// The filter for gradients: linear in every way.
-pub(super) const SMOOTH: TextureFilter =
-    TextureFilter { min_linear: true, mag_linear: true, mipmaps: true, mip_linear: true };
+const SMOOTH: TextureFilter = TextureFilter { min_linear: true, mag_linear: true, mipmaps: true, mip_linear: true };
 
 fn create(
     device: &wgpu::Device,

@@ -1,0 +1,80 @@
+//! What shaders read beside their uniforms: one table of slots, from which layouts and bindings are made.
+
+use super::shader::Variant;
+use crate::action::GeometryKind;
+
+/// A binding of the second group. Its number there is its place in [`Slot::ALL`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Slot {
+    Heights,
+    Gradients,
+    GradientSampler,
+    ColorMap,
+    ColorMapSampler,
+}
+
+impl Slot {
+    pub(super) const ALL: [Slot; 5] =
+        [Slot::Heights, Slot::Gradients, Slot::GradientSampler, Slot::ColorMap, Slot::ColorMapSampler];
+
+    pub(super) fn binding(self) -> u32 {
+        self as u32
+    }
+
+    /// Whether a variant reads it.
+    pub(super) fn is_in(self, variant: &Variant) -> bool {
+        let e = &variant.effects;
+        match self {
+            Slot::Heights => variant.terrain(),
+            Slot::Gradients | Slot::GradientSampler => variant.terrain() && e.lit(),
+            Slot::ColorMap | Slot::ColorMapSampler => e.color_map,
+        }
+    }
+
+    /// The slots of a variant, in the order of their bindings.
+    pub(super) fn of(variant: &Variant) -> impl Iterator<Item = Slot> {
+        Self::ALL.into_iter().filter(|slot| slot.is_in(variant))
+    }
+
+    pub(super) fn layout(self, variant: &Variant) -> wgpu::BindGroupLayoutEntry {
+        let texture = |sample_type| wgpu::BindingType::Texture {
+            sample_type,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
+        let smooth = texture(wgpu::TextureSampleType::Float { filterable: true });
+        let ty = match self {
+            Slot::Heights if variant.effects.geometry == GeometryKind::TerrainF32 => {
+                texture(wgpu::TextureSampleType::Float { filterable: false })
+            }
+            Slot::Heights => texture(wgpu::TextureSampleType::Uint),
+            Slot::Gradients | Slot::ColorMap => smooth,
+            Slot::GradientSampler | Slot::ColorMapSampler => {
+                wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)
+            }
+        };
+        let visibility = match self {
+            Slot::Heights => wgpu::ShaderStages::VERTEX,
+            _ => wgpu::ShaderStages::FRAGMENT,
+        };
+        wgpu::BindGroupLayoutEntry { binding: self.binding(), visibility, ty, count: None }
+    }
+}
+
+/// The slots of a variant as bits, with what else their layout depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct SlotSet {
+    bits: u32,
+    float_heights: bool,
+}
+
+impl SlotSet {
+    pub(super) fn of(variant: &Variant) -> Self {
+        let bits = Slot::of(variant).fold(0, |bits, slot| bits | 1 << slot.binding());
+        Self { bits, float_heights: variant.effects.geometry == GeometryKind::TerrainF32 }
+    }
+
+    pub(super) fn is_empty(self) -> bool {
+        self.bits == 0
+    }
+}
