@@ -72,6 +72,10 @@ fn sun(b: &mut Build) {
     b.add(DirectionalLight { direction: DVec3::new(0.5, 0.3, -1.0), ..Default::default() });
 }
 
+fn fog(b: &mut Build, fog_type: FogType) {
+    b.add(Environment { fog_type, fog_color: Color::new(0.5, 0.6, 0.7), fog_visibility: 3.0, ..Default::default() });
+}
+
 fn lamp() -> PointLight {
     PointLight { location: DVec3::new(0.5, 0.5, 0.5), ..Default::default() }
 }
@@ -181,6 +185,30 @@ fn pairs() -> Vec<Pair> {
             with: |b| {
                 b.add(Material { transparency: 0.5, ..Default::default() });
             },
+            changes: always,
+        },
+        Pair {
+            effect: "haze",
+            brings: &[],
+            words: &["fog", "in_fog", "eye", "1.0 - x"],
+            without: |_| (),
+            with: |b| fog(b, FogType::Haze),
+            changes: always,
+        },
+        Pair {
+            effect: "fog",
+            brings: &[],
+            words: &["in_fog", "exp(-x)"],
+            without: |_| (),
+            with: |b| fog(b, FogType::Fog),
+            changes: always,
+        },
+        Pair {
+            effect: "smoke",
+            brings: &[],
+            words: &["in_fog", "exp(-x * x)"],
+            without: |_| (),
+            with: |b| fog(b, FogType::Smoke),
             changes: always,
         },
         Pair {

@@ -212,7 +212,8 @@ fn light_is_what_open_inventors_equations_say() {
 /// What does not light a shape changes neither shader nor uniforms: off, without intensity, black, or in another separator.
 #[test]
 fn lights_that_light_nothing_cost_nothing() {
-    let scene = |change: &dyn Fn(&mut Scene, NodeKey)| {
+    type Change = dyn Fn(&mut Scene, NodeKey);
+    let scene = |change: &Change| {
         let mut scene = Scene::new();
         let root = scene.root();
         scene.add(root, PerspectiveCamera::default()).unwrap();
@@ -225,7 +226,7 @@ fn lights_that_light_nothing_cost_nothing() {
         (frame.draws[0].effects, headless.costs(&frame).unwrap()[0], picture.rgba)
     };
     let base = scene(&|_, _| ());
-    let none: [(&str, &dyn Fn(&mut Scene, NodeKey)); 9] = [
+    let none: [(&str, &Change); 9] = [
         ("off", &|s, r| put(s, r, SpotLight { on: false, ..Default::default() })),
         ("no intensity", &|s, r| put(s, r, PointLight { intensity: 0.0, ..Default::default() })),
         ("black", &|s, r| put(s, r, PointLight { color: Color::BLACK, ..Default::default() })),

@@ -56,7 +56,7 @@ impl<'s> Cameras<'s> {
         }
         let camera = find_camera(self.scene, name)?;
         // The lock is not held meanwhile: the walk asks shapes that may be defined anywhere.
-        let bounds = self.bounds.get_or_init(|| BoundingBoxAction::default().apply(self.scene)).clone()?;
+        let bounds = self.bounds()?;
         let refused = |error| ActionError::Camera { error, path: camera.path.names(self.scene) };
         let view = camera.viewpoint(self.size, bounds).map_err(refused)?;
         // Fields set in code were not checked by a reader: an angle beyond π has a tangent like any other.
@@ -67,5 +67,18 @@ impl<'s> Cameras<'s> {
         }
         found().push((name.map(str::to_owned), view));
         Ok(view)
+    }
+
+    /// The box of the scene.
+    fn bounds(&self) -> Result<Option<Aabb>, ActionError> {
+        self.bounds.get_or_init(|| BoundingBoxAction::default().apply(self.scene)).clone()
+    }
+
+    /// How far there is anything to see: up to the far plane or, without one, to the far end of the scene, along the view.
+    pub(super) fn furthest(&self, view: &Viewpoint) -> f64 {
+        let scene = || self.bounds().ok().flatten();
+        let corner =
+            || scene().map(|b| b.corners().map(|c| (c - view.eye).dot(view.forward)).into_iter().fold(0.0, f64::max));
+        view.far.or_else(corner).unwrap_or(0.0)
     }
 }

@@ -7,7 +7,7 @@ use super::frame::{DebugColor, Draw, Effects, Frame, GeometryKind};
 use super::render::Render;
 use super::walk::{Visitor, walk};
 use super::{ActionError, Aspect, Cameras, LightSource, RenderAction, State, View};
-use crate::node::ShapeNode;
+use crate::node::{FogType, ShapeNode};
 use crate::scene::{Path, Scene};
 
 /// One line of the table of [`EFFECTS`].
@@ -82,6 +82,9 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "specular",          |e| on(e.specular),       |s| by(&[Aspect::Material], s);
     "emissive",          |e| on(e.emissive),       |s| by(&[Aspect::Material], s);
     "transparency",      |e| on(e.transparency),   |s| by(&[Aspect::Material], s);
+    "haze",              |e| on(e.fog == FogType::Haze),  |s| by(&[Aspect::Environment], s);
+    "fog",               |e| on(e.fog == FogType::Fog),   |s| by(&[Aspect::Environment], s);
+    "smoke",             |e| on(e.fog == FogType::Smoke), |s| by(&[Aspect::Environment], s);
     "color-map",         |e| on(e.color_map),      |s| by_texture(s, s.program.color_unit);
     "color-by-part",     |e| on(e.debug_color == DebugColor::Parts), by_shape;
     "color-by-level",    |e| on(e.debug_color == DebugColor::Levels), by_shape;
@@ -120,9 +123,9 @@ impl RenderAction {
     /// scene.add(root, Cube::default())?;
     /// let (frame, effects) = RenderAction::new(640, 480).explain(&scene)?;
     /// assert_eq!(frame.draws.len(), effects.len());
-    /// assert_eq!(effects[0].path, ["Group", "Cube[2]"]);
+    /// assert_eq!(effects[0].path, ["Separator", "Cube[2]"]);
     /// let (effect, asked_by) = &effects[0].asked[0];
-    /// assert_eq!((effect.as_str(), asked_by[0].join("/").as_str()), ("directional-light×1", "Group/DirectionalLight[1]"));
+    /// assert_eq!((effect.as_str(), asked_by[0].join("/").as_str()), ("directional-light×1", "Separator/DirectionalLight[1]"));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn explain(&self, scene: &Scene) -> Result<(Frame, Vec<DrawEffects>), ActionError> {
@@ -155,6 +158,10 @@ impl Visitor for Explain<'_> {
     fn enter(&mut self, path: &Path, _: &State) -> Result<ControlFlow<()>, ActionError> {
         self.paths.push(path.clone());
         Ok(ControlFlow::Continue(()))
+    }
+
+    fn leave(&mut self, path: &Path, state: &State) {
+        self.render.leave(path, state);
     }
 
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Mat3, Mat4, Vec3};
 
-use crate::node::TextureFilter;
+use crate::node::{FogType, TextureFilter};
 use crate::scene::Image;
 use crate::terrain::{HeightField, Instances, Parts};
 
@@ -18,10 +18,25 @@ pub struct Frame {
     pub size: [u32; 2],
     /// Colour where nothing is drawn, linear light, 0..1.
     pub background: Vec3,
+    /// The sky, instead of the background.
+    pub sky: Option<Sky>,
     /// What to draw: in the order of the walk, but what is transparent after all else and the furthest of it first.
     pub draws: Vec<Draw>,
     /// What the walk counted.
     pub statistics: Statistics,
+}
+
+/// A sky behind everything: its colour goes from the horizon up to the zenith with the sine of the elevation, and is that of
+/// the horizon below it. World z points up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sky {
+    /// Colour at and below the horizon, linear.
+    pub horizon: Vec3,
+    /// Colour straight above, linear.
+    pub zenith: Vec3,
+    /// Direction of the ray through the middle of the picture, and what is added to it from there to the right and to the
+    /// upper border, in world axes.
+    pub rays: [Vec3; 3],
 }
 
 /// Counts of one walk over the scene.
@@ -67,6 +82,8 @@ pub struct Draw {
     pub ambient: Vec3,
     /// Unit vector towards the eye for orthographic cameras, where it is the same everywhere; `None` for perspective.
     pub towards_eye: Option<Vec3>,
+    /// The air between eye and shape, where there is fog.
+    pub fog: Fog,
     /// For transparent shapes: distance of the middle of their box from the eye, along the view. Others have 0.
     pub distance: f64,
 }
@@ -86,6 +103,15 @@ pub struct SurfaceMaterial {
     pub shininess: f32,
     /// How much of what is behind is hidden, 0..1.
     pub opacity: f32,
+}
+
+/// Fog; [`Effects::fog`] says how it thickens.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Fog {
+    /// Colour, linear.
+    pub color: Vec3,
+    /// Multiplies the distance: `Haze` leaves 1 − x of the surface, `Fog` e^−x, `Smoke` e^−x².
+    pub rate: f32,
 }
 
 /// A light in eye-relative world axes, linear.
@@ -237,6 +263,8 @@ pub struct Effects {
     pub spot_lights: u8,
     /// Whether the light of a point or spot light changes with distance.
     pub attenuation: bool,
+    /// Whether the air hides what is far.
+    pub fog: FogType,
     /// Whether what is behind shows through.
     pub transparency: bool,
     /// Whether any light makes highlights (specular colour not black).
@@ -271,6 +299,7 @@ impl Effects {
             emissive: self.emissive && lit,
             color_map: self.color_map && plain,
             transparency: self.transparency && plain,
+            fog: if plain { self.fog } else { FogType::None },
             ..self
         }
     }

@@ -26,7 +26,7 @@ pub use cameras::Cameras;
 pub use effects::{DrawEffects, EFFECTS, EffectInfo};
 pub use error::{ActionError, ShapeError};
 pub use frame::{
-    Attenuation, ColorMap, Cone, DebugColor, Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh,
+    Attenuation, ColorMap, Cone, DebugColor, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, Mesh, Sky,
     Statistics, SurfaceMaterial, TerrainDraw, linear_color, linear_from_srgb,
 };
 pub use ray::{Ray, RayError, intersect_triangle};

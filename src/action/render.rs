@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat4, DVec3, Mat3, Vec3};
 
 use super::frame::{
-    Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh, Statistics, SurfaceMaterial, relative,
+    Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, Mesh, Sky, Statistics, SurfaceMaterial, relative,
 };
 use super::state::{cofactors, compose};
 use super::view::Kept;
@@ -16,7 +16,7 @@ use super::{
     ActionError, Cameras, DebugColor, Lens, LightSource, PlacedCamera, PlacedLight, ShapeContext, ShapeError, State,
     View, Viewpoint,
 };
-use crate::node::{Color, LightingModel, ShapeNode, Triangle};
+use crate::node::{Background, Color, FogType, LightingModel, ShapeNode, Triangle};
 use crate::scene::{Path, Scene};
 use crate::terrain::Frustum;
 
@@ -41,7 +41,7 @@ pub struct RenderAction {
     pub size: [u32; 2],
     /// Name of the camera; the first one if not given.
     pub camera: Option<String>,
-    /// Colour where nothing is drawn.
+    /// Colour where nothing is drawn, if the scene has no `Background`.
     pub background: Color,
 }
 
@@ -169,6 +169,17 @@ pub(super) fn find_camera(scene: &Scene, name: Option<&str>) -> Result<Arc<Place
     })
 }
 
+/// The sky as a camera sees it. Parallel rays all see the same place.
+fn place_sky(background: &Background, view: &Viewpoint) -> Option<Sky> {
+    let zenith = background.zenith?;
+    let across = match view.lens {
+        Lens::Perspective { tan_half_height: t } => [view.right * (t * view.aspect), view.up * t],
+        Lens::Orthographic { .. } => [DVec3::ZERO; 2],
+    };
+    let rays = [view.forward, across[0], across[1]].map(DVec3::as_vec3);
+    Some(Sky { horizon: background.color.linear(), zenith: zenith.linear(), rays })
+}
+
 /// Gathers the draws of a scene in a View.
 pub(super) struct Render<'s> {
     scene: &'s Scene,
@@ -176,6 +187,7 @@ pub(super) struct Render<'s> {
     cameras: &'s Cameras<'s>,
     size: [u32; 2],
     view: &'s mut View,
+    background: Option<Arc<Background>>,
 }
 
 impl<'s> Render<'s> {
@@ -186,7 +198,9 @@ impl<'s> Render<'s> {
         cameras: &'s Cameras<'s>,
         view: &'s mut View,
     ) -> Self {
-        Self { scene, viewpoint, cameras, size: action.size, view }
+        view.frame.background = action.background.linear();
+        view.frame.sky = None;
+        Self { scene, viewpoint, cameras, size: action.size, view, background: None }
     }
 
     /// What was gathered so far.
@@ -196,6 +210,16 @@ impl<'s> Render<'s> {
 }
 
 impl Visitor for Render<'_> {
+    /// The first background is the one, as with cameras.
+    fn leave(&mut self, _: &Path, state: &State) {
+        if let (Some(background), None) = (&state.background, &self.background) {
+            let frame = &mut self.view.frame;
+            frame.background = background.color.linear();
+            frame.sky = place_sky(background, &self.viewpoint);
+            self.background = Some(Arc::clone(background));
+        }
+    }
+
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<ControlFlow<()>, ActionError> {
         // A camera acts on what follows it.
         if state.camera.is_some() {
@@ -311,6 +335,7 @@ impl DrawContext<'_> {
             point_lights: count(|l| matches!(l, FrameLight::Point { .. })),
             spot_lights: count(|l| matches!(l, FrameLight::Spot { .. })),
             attenuation: state.lights.iter().any(|light| light.source.attenuates()),
+            fog: state.environment.fog_type,
             transparency: m.transparency > 0.0,
             specular: material.specular != Vec3::ZERO,
             color_map: options.color_map,
@@ -349,8 +374,26 @@ impl DrawContext<'_> {
             lights,
             ambient,
             towards_eye,
+            fog: if effects.fog == FogType::None { Fog::default() } else { self.fog() },
             distance: 0.0,
         });
+    }
+
+    /// The fog of the air.
+    fn fog(&self) -> Fog {
+        let air = &self.shape.state.environment;
+        let far = || self.shape.cameras.map_or(0.0, |cameras| cameras.furthest(self.view));
+        let visibility = if air.fog_visibility > 0.0 { air.fog_visibility } else { far() };
+        // 1/256 is left at the end.
+        let exponent = 256f64.ln();
+        let at_end = match air.fog_type {
+            FogType::None => 0.0,
+            FogType::Haze => 1.0,
+            FogType::Fog => exponent,
+            FogType::Smoke => exponent.sqrt(),
+        };
+        let rate = if visibility > 0.0 { at_end / visibility } else { 0.0 };
+        Fog { color: air.fog_color.linear(), rate: rate as f32 }
     }
 
     /// Draws triangles as a mesh: what a shape does that knows nothing better.

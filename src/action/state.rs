@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::{ActionError, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
-use crate::node::{Complexity, Environment, LightModel, Material};
+use crate::node::{Background, Complexity, Environment, LightModel, Material};
 use crate::scene::{Image, NodeKey, Path, Scene};
 
 /// The properties in force at a point of a walk.
@@ -33,6 +33,8 @@ pub struct State {
     pub environment: Environment,
     /// Whether light is looked at.
     pub light_model: LightModel,
+    /// What is behind everything.
+    pub background: Option<Arc<Background>>,
     /// Which node set what.
     pub credits: Credits,
 }
@@ -50,6 +52,7 @@ impl Default for State {
             camera: None,
             environment: Environment::default(),
             light_model: LightModel::default(),
+            background: None,
             credits: Credits::default(),
         }
     }

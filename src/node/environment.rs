@@ -1,13 +1,33 @@
 use glam::{DVec3, Vec3};
+use serde::{Deserialize, Serialize};
 
+use super::field::enum_field;
 use super::{Color, FieldProblem, PropertyNode};
 use crate::action::{Aspect, Attenuation, PropertyContext, State};
 
+/// How the air hides what is far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, Default)]
+pub enum FogType {
+    /// Clear air.
+    #[default]
+    None,
+    /// Thickens in proportion to the distance d: the share d / visibility of the colour is that of the fog.
+    Haze,
+    /// Thickens faster near by: e^(−d · ln 256 / visibility) is left of the surface.
+    Fog,
+    /// Thickens as smoke does: e^(−d² · ln 256 / visibility²) is left of the surface.
+    Smoke,
+}
+
+enum_field!(FogType: None | Haze | Fog | Smoke);
+
 crate::define_node! {
-    /// Light from the surroundings on the shapes that follow, and how the lights that follow weaken with distance.
+    /// The air: light from the surroundings and fog on the shapes that follow, and how the lights that follow weaken with
+    /// distance.
     ///
     /// Read by the render action; the others ignore it. Ambient light shows where there is any lamp, and costs something only
-    /// where both it and the material's ambient colour are not black.
+    /// where both it and the material's ambient colour are not black. Fog mixes in linear light, by the distance from the eye;
+    /// with parallel rays by the distance along the view. It does not act on a `Background`: give that the colour of the fog.
     pub struct Environment: property {
         /// Multiplies the ambient colour; from 0 up.
         pub ambient_intensity: f32 = 0.2,
@@ -16,6 +36,13 @@ crate::define_node! {
         /// (a, b, c): point and spot lights are divided by a · d² + b · d + c at the distance d, in world units; each from 0
         /// up, not all 0.
         pub attenuation: DVec3 = DVec3::Z,
+        /// Whether there is fog, and how it thickens.
+        pub fog_type: FogType = FogType::None,
+        /// Colour of the fog, sRGB 0..1.
+        pub fog_color: Color = Color::WHITE,
+        /// Distance in world units at which fog hides everything: all of it for `Haze`, 255 parts of 256 for the others. 0 means
+        /// up to the camera's far plane or, where it has none, the far end of the scene.
+        pub fog_visibility: f64 = 0.0,
     }
     check |e: &Environment| {
         let mut problems = Vec::new();
@@ -27,6 +54,10 @@ crate::define_node! {
             let DVec3 { x, y, z } = e.attenuation;
             let message = format!("({x}, {y}, {z}) does not work: three numbers from 0 up, at least one above 0");
             problems.push(FieldProblem::new("attenuation", message));
+        }
+        if e.fog_visibility < 0.0 {
+            let message = format!("{} is negative: a distance goes from 0 up", e.fog_visibility);
+            problems.push(FieldProblem::new("fog_visibility", message));
         }
         problems
     };

@@ -11,6 +11,7 @@
 //! citizen either way. The macro makes the struct, its `Default` and its [`NodeInfo`] from one text, so that
 //! documentation, reading and writing can not drift apart.
 
+mod background;
 mod base_color;
 mod camera;
 mod complexity;
@@ -33,11 +34,12 @@ use std::fmt::Debug;
 
 use glam::{DVec2, DVec3};
 
+pub use background::Background;
 pub use base_color::BaseColor;
 pub use camera::{CameraFields, OrthographicCamera, PerspectiveCamera};
 pub use complexity::{Complexity, TextureFilter};
 pub use cube::Cube;
-pub use environment::Environment;
+pub use environment::{Environment, FogType};
 pub use field::{AxisAngle, Color, FieldError, FieldValue};
 pub use group::Group;
 pub use light::{DirectionalLight, PointLight, SpotLight};

@@ -22,6 +22,7 @@ pub struct Registry {
 
 /// The one list of the nodes of this crate.
 const BUILT_IN: &[&NodeInfo] = &[
+    super::Background::INFO,
     super::BaseColor::INFO,
     super::Complexity::INFO,
     super::Cube::INFO,

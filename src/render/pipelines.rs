@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::RenderError;
 use super::bindings::{Slot, SlotSet};
 use super::error::guarded;
-use super::shader::Variant;
+use super::shader::{Variant, sky_text};
 use crate::terrain::Instance;
 
 /// Depth is kept in 32-bit floats.
@@ -42,6 +42,7 @@ pub(super) struct Pipelines {
     samples: u32,
     draw_layout: Option<wgpu::BindGroupLayout>,
     texture_layouts: HashMap<SlotSet, wgpu::BindGroupLayout>,
+    sky: Option<wgpu::RenderPipeline>,
     /// By variant, and whether it is mirrored.
     compiled: HashMap<(Variant, bool), Pipeline>,
     /// How many were made in all.
@@ -50,7 +51,8 @@ pub(super) struct Pipelines {
 
 impl Pipelines {
     pub(super) fn new(format: wgpu::TextureFormat, samples: u32) -> Self {
-        Self { format, samples, draw_layout: None, texture_layouts: HashMap::new(), compiled: HashMap::new(), made: 0 }
+        let (texture_layouts, compiled) = (HashMap::new(), HashMap::new());
+        Self { format, samples, draw_layout: None, texture_layouts, sky: None, compiled, made: 0 }
     }
 
     /// Layout of the uniforms of a draw, the same for all variants: their size differs, and is checked when drawing.
@@ -103,6 +105,47 @@ impl Pipelines {
         self.made += 1 + u32::from(variant.effects.transparency);
         self.compiled.insert((variant, mirrored), made.clone());
         Ok(made)
+    }
+
+    /// The pipeline of the sky. It leaves depth alone.
+    pub(super) fn sky(&mut self, device: &wgpu::Device) -> Result<wgpu::RenderPipeline, RenderError> {
+        if let Some(sky) = &self.sky {
+            return Ok(sky.clone());
+        }
+        let draw_layout = self.draw_layout(device)?;
+        let text = sky_text(self.format)?;
+        let made = guarded(device, "compiling a shader", || {
+            let source = wgpu::ShaderSource::Wgsl(text.into());
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("sky"), source });
+            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: None,
+                bind_group_layouts: &[Some(&draw_layout)],
+                immediate_size: 0,
+            });
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some("sky"),
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("vertex_main"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: Some(depth_state(false, wgpu::CompareFunction::Always)),
+                multisample: wgpu::MultisampleState { count: self.samples, ..wgpu::MultisampleState::default() },
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some("fragment_main"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    targets: &[Some(self.format.into())],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        })?;
+        self.made += 1;
+        Ok(self.sky.insert(made).clone())
     }
 
     fn texture_layout(
@@ -169,13 +212,7 @@ impl Pipelines {
                     cull_mode: Some(wgpu::Face::Back),
                     ..wgpu::PrimitiveState::default()
                 },
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: DEPTH_FORMAT,
-                    depth_write_enabled: Some(pass != Pass::Blend),
-                    depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-                    stencil: wgpu::StencilState::default(),
-                    bias: wgpu::DepthBiasState::default(),
-                }),
+                depth_stencil: Some(depth_state(pass != Pass::Blend, wgpu::CompareFunction::GreaterEqual)),
                 multisample: wgpu::MultisampleState { count: self.samples, ..wgpu::MultisampleState::default() },
                 fragment: Some(wgpu::FragmentState {
                     module,
@@ -187,6 +224,16 @@ impl Pipelines {
                 cache: None,
             })
         })
+    }
+}
+
+fn depth_state(write: bool, compare: wgpu::CompareFunction) -> wgpu::DepthStencilState {
+    wgpu::DepthStencilState {
+        format: DEPTH_FORMAT,
+        depth_write_enabled: Some(write),
+        depth_compare: Some(compare),
+        stencil: wgpu::StencilState::default(),
+        bias: wgpu::DepthBiasState::default(),
     }
 }
 

@@ -137,6 +137,15 @@ struct Scratch {
     corners: Vec<[Vec3; 2]>,
     corner_indices: Vec<u32>,
     jobs: Vec<Job>,
+    sky: Option<SkyJob>,
+}
+
+/// The sky with all it needs on the device.
+#[derive(Debug)]
+struct SkyJob {
+    pipeline: wgpu::RenderPipeline,
+    uniform_size: u64,
+    uniforms: u32,
 }
 
 /// A draw with all it needs on the device, but for the buffers of the frame.
@@ -240,6 +249,7 @@ impl Renderer {
         self.send(gpu)?;
         let draw_calls = guarded(device, "drawing", || self.encode(gpu, frame, view))?;
         self.scratch.jobs.clear();
+        self.scratch.sky = None;
 
         self.textures.retire(self.frame);
         self.bound_textures.retire(self.frame);
@@ -328,6 +338,14 @@ impl Renderer {
         scratch.corners.clear();
         scratch.corner_indices.clear();
         scratch.jobs.clear();
+        scratch.sky = match &frame.sky {
+            Some(sky) => {
+                let pipeline = self.pipelines.sky(gpu.device)?;
+                let (uniforms, uniform_size) = scratch.add_uniforms(gpu, |bytes| uniforms::write_sky(sky, bytes));
+                Some(SkyJob { pipeline, uniform_size, uniforms })
+            }
+            None => None,
+        };
         for (index, draw) in frame.draws.iter().enumerate() {
             // What is out of view costs nothing, not even its map.
             if draw.calls() > 0 && draw.triangles() > 0 {
@@ -361,13 +379,11 @@ impl Renderer {
             }
             Geometry::Mesh(mesh) => (self.scratch.add_mesh(mesh), 1.0),
         };
-        let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment as usize;
         let mut uniform_size = 0;
         let mut add = |color: Vec3| {
-            let bytes = &mut self.scratch.uniforms;
-            bytes.resize(bytes.len().next_multiple_of(alignment), 0);
-            let offset = bytes.len() as u32;
-            uniform_size = uniforms::write(&variant, draw, color, gradient_factor, bytes);
+            let write = |bytes: &mut Vec<u8>| uniforms::write(&variant, draw, color, gradient_factor, bytes);
+            let offset;
+            (offset, uniform_size) = self.scratch.add_uniforms(gpu, write);
             offset
         };
         let uniforms = match draw.effects.debug_color {
@@ -420,14 +436,15 @@ impl Renderer {
         self.corner_indices.write(device, queue, bytemuck::cast_slice(&scratch.corner_indices))?;
         let Some(buffer) = self.uniforms.get() else { return Ok(()) };
         let layout = self.pipelines.draw_layout(device)?;
-        for job in &scratch.jobs {
-            if self.bound_uniforms.contains_key(&job.uniform_size) {
+        let sizes = scratch.sky.iter().map(|sky| sky.uniform_size);
+        for size in sizes.chain(scratch.jobs.iter().map(|job| job.uniform_size)) {
+            if self.bound_uniforms.contains_key(&size) {
                 continue;
             }
             let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                 buffer,
                 offset: 0,
-                size: wgpu::BufferSize::new(job.uniform_size),
+                size: wgpu::BufferSize::new(size),
             });
             let group = guarded(device, "binding uniforms", || {
                 device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -436,7 +453,7 @@ impl Renderer {
                     entries: &[wgpu::BindGroupEntry { binding: 0, resource }],
                 })
             })?;
-            self.bound_uniforms.insert(job.uniform_size, group);
+            self.bound_uniforms.insert(size, group);
         }
         Ok(())
     }
@@ -474,6 +491,14 @@ impl Renderer {
                 occlusion_query_set: None,
                 multiview_mask: None,
             });
+            if let Some(sky) = &self.scratch.sky
+                && let Some(bound) = self.bound_uniforms.get(&sky.uniform_size)
+            {
+                pass.set_pipeline(&sky.pipeline);
+                pass.set_bind_group(0, bound, &[sky.uniforms]);
+                pass.draw(0..3, 0..1);
+                calls += 1;
+            }
             for job in &self.scratch.jobs {
                 let Some(draw) = frame.draws.get(job.draw) else { continue };
                 for pipeline in job.depth_only.iter().chain([&job.pipeline]) {
@@ -551,6 +576,15 @@ impl Renderer {
 }
 
 impl Scratch {
+    /// Appends uniforms where they may begin; returns where that is, and how many bytes they are.
+    fn add_uniforms(&mut self, gpu: Gpu<'_>, write: impl FnOnce(&mut Vec<u8>) -> u64) -> (u32, u64) {
+        let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment as usize;
+        self.uniforms.resize(self.uniforms.len().next_multiple_of(alignment), 0);
+        let offset = self.uniforms.len() as u32;
+        let size = write(&mut self.uniforms);
+        (offset, size)
+    }
+
     fn add_mesh(&mut self, mesh: &Mesh) -> Ready {
         let base = self.corners.len() as i32;
         let first = self.corner_indices.len() as u32;

@@ -4,6 +4,7 @@ use wesl::{CompileOptions, Feature, Features, ManglerKind, ModulePath, VirtualRe
 
 use super::RenderError;
 use crate::action::{DebugColor, EFFECTS, Effects, GeometryKind};
+use crate::node::FogType;
 
 /// All that shader text depends on: the effects that have a bearing, and the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -33,7 +34,8 @@ impl Variant {
 
     /// Whether fragments need to know where they are.
     pub(super) fn position(&self) -> bool {
-        self.effects.point_lights > 0 || self.effects.spot_lights > 0 || self.effects.specular
+        let e = &self.effects;
+        e.point_lights > 0 || e.spot_lights > 0 || e.specular || e.fog != FogType::None
     }
 
     /// The WGSL.
@@ -43,37 +45,46 @@ impl Variant {
             "const DIRECTIONAL = {}u;\nconst POINT = {}u;\nconst SPOT = {}u;\n",
             e.directional_lights, e.point_lights, e.spot_lights
         );
-        let mut modules = VirtualResolver::new();
-        let sources = MODULES.iter().copied().chain([("counts", counts.as_str())]);
-        for (name, source) in sources {
-            modules.add_module(path(name)?, source.into());
-        }
         // What follows from several effects.
         let common = [
             ("terrain", self.terrain()),
             ("mesh", !self.terrain()),
             ("u16", e.geometry == GeometryKind::TerrainU16),
             ("lit", e.lit()),
+            ("air", e.fog != FogType::None),
             ("position", self.position()),
             ("encode_srgb", self.encode_srgb),
         ];
         let flags = EFFECTS.iter().map(|effect| (effect.name.replace('-', "_"), effect.is_on(e)));
-        let flags = flags.chain(common.map(|(name, on)| (name.to_owned(), on)));
-        let options = CompileOptions {
-            features: Features {
-                // A flag that is misspelt in a module is an error.
-                default: Feature::Error,
-                flags: flags.map(|(name, on)| (name, on.into())).collect(),
-            },
-            // The modules' names are distinct, and stay readable.
-            ..CompileOptions::default()
-        };
-        let mut compiler = Wesl::new_barebones().set_custom_resolver(modules);
-        compiler.set_options(options);
-        compiler.set_mangler(ManglerKind::None);
-        let result = compiler.compile(&path("main")?).map_err(|e| RenderError::Shader(e.to_string()))?;
-        Ok(result.to_string())
+        translate("main", &counts, flags.chain(common.map(|(name, on)| (name.to_owned(), on))))
     }
+}
+
+/// The WGSL of the sky for targets of this format.
+pub(super) fn sky_text(format: wgpu::TextureFormat) -> Result<String, RenderError> {
+    translate("sky", "", std::iter::once(("encode_srgb".to_owned(), encodes(format))))
+}
+
+/// Puts a module and what it imports together. `counts` is the text of one more module, with numbers.
+fn translate(main: &str, counts: &str, flags: impl Iterator<Item = (String, bool)>) -> Result<String, RenderError> {
+    let mut modules = VirtualResolver::new();
+    for (name, source) in MODULES.into_iter().chain([("counts", counts)]) {
+        modules.add_module(path(name)?, source.into());
+    }
+    let options = CompileOptions {
+        features: Features {
+            // A flag that is misspelt in a module is an error.
+            default: Feature::Error,
+            flags: flags.map(|(name, on)| (name, on.into())).collect(),
+        },
+        // The modules' names are distinct, and stay readable.
+        ..CompileOptions::default()
+    };
+    let mut compiler = Wesl::new_barebones().set_custom_resolver(modules);
+    compiler.set_options(options);
+    compiler.set_mangler(ManglerKind::None);
+    let result = compiler.compile(&path(main)?).map_err(|e| RenderError::Shader(e.to_string()))?;
+    Ok(result.to_string())
 }
 
 /// Whether shaders encode sRGB for targets of this format: integers without an encoding of their own. Floats are given
@@ -85,7 +96,9 @@ pub(super) fn encodes(format: wgpu::TextureFormat) -> bool {
     !format.is_srgb() && !floats
 }
 
-const MODULES: [(&str, &str); 8] = [
+const MODULES: [(&str, &str); 10] = [
+    ("fog", include_str!("../../shaders/fog.wesl")),
+    ("sky", include_str!("../../shaders/sky.wesl")),
     ("main", include_str!("../../shaders/main.wesl")),
     ("draw", include_str!("../../shaders/draw.wesl")),
     ("terrain", include_str!("../../shaders/terrain.wesl")),

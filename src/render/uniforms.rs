@@ -3,7 +3,8 @@
 use glam::{Mat3, Mat4, UVec4, Vec3, Vec4};
 
 use super::shader::Variant;
-use crate::action::{Attenuation, Cone, DebugColor, Draw, FrameLight, Geometry, linear_color};
+use crate::action::{Attenuation, Cone, DebugColor, Draw, FrameLight, Geometry, Sky, linear_color};
+use crate::node::FogType;
 
 /// Colours of the levels, the finest first: the palette of Okabe and Ito, which people with any colour vision can tell
 /// apart, with grey for black. sRGB.
@@ -51,6 +52,16 @@ impl Writer<'_> {
     }
 }
 
+/// Appends the uniforms of the sky, as `struct Sky` in `shaders/sky.wesl` has them; returns how many bytes they are.
+pub(super) fn write_sky(sky: &Sky, out: &mut Vec<u8>) -> u64 {
+    let start = out.len();
+    let mut w = Writer(out);
+    for v in [sky.horizon, sky.zenith].into_iter().chain(sky.rays) {
+        w.vec3(v, 0.0);
+    }
+    (out.len() - start) as u64
+}
+
 /// Appends the uniforms of a draw; returns how many bytes they are. `gradient_factor` takes stored gradients to raw ones.
 pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_factor: f32, out: &mut Vec<u8>) -> u64 {
     let start = out.len();
@@ -83,10 +94,16 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
     }
     if e.specular {
         w.vec3(m.specular, 128.0 * m.shininess);
+    }
+    let air = e.fog != FogType::None;
+    if e.specular || air {
         match draw.towards_eye {
             Some(direction) => w.vec3(direction, 0.0),
             None => w.vec3(Vec3::ZERO, 1.0),
         }
+    }
+    if air {
+        w.vec3(draw.fog.color, draw.fog.rate);
     }
     if e.emissive {
         w.vec3(m.emissive, 0.0);
