@@ -70,10 +70,11 @@ pub mod prelude {
         SearchAction, Surface, View,
     };
     pub use crate::node::{
-        AxisAngle, Background, BaseColor, Color, ColorMode, Complexity, Cube, DetailMode, DirectionalLight,
-        Environment, FogType, FragmentShader, Group, LightModel, LightingModel, Material, Node, OrthographicCamera,
-        PerspectiveCamera, PointLight, SeamlessTerrain, Separator, ShaderParameter, ShaderProgram, ShaderValue,
-        SpotLight, Texture2, TextureUnit, Transform, VertexShader, VoidMode,
+        AxisAngle, Background, BaseColor, Color, ColorMode, ColorRamp, Complexity, ContourLines, Cube, DetailMode,
+        DetailTextures, DirectionalLight, Environment, FogType, FragmentShader, Group, LightModel, LightingModel,
+        Material, Node, OrthographicCamera, PerspectiveCamera, PointLight, Ramp, RampBy, SeamlessTerrain, Separator,
+        ShaderParameter, ShaderProgram, ShaderValue, SpotLight, Texture2, Texture2Transform, TextureUnit, Transform,
+        VertexShader, VoidMode,
     };
     pub use crate::scene::{EditError, Image, NodeKey, Path, Pixels, Scene};
 }

@@ -76,6 +76,12 @@ fn fog(b: &mut Build, fog_type: FogType) {
     b.add(Environment { fog_type, fog_color: Color::new(0.5, 0.6, 0.7), fog_visibility: 3.0, ..Default::default() });
 }
 
+/// A colour map whose west is white and whose east is red.
+fn halves(b: &mut Build) {
+    let image = Image::new(2, 1, Pixels::Rgba8(vec![[255, 255, 255, 255], [255, 0, 0, 255]])).unwrap();
+    b.add(TextureUnit { unit: 1 }).add(Texture2::from_image(image));
+}
+
 fn lamp() -> PointLight {
     PointLight { location: DVec3::new(0.5, 0.5, 0.5), ..Default::default() }
 }
@@ -216,9 +222,70 @@ fn pairs() -> Vec<Pair> {
             brings: &[],
             words: &["color_map", "sampler", "texel", "lattice: vec2"],
             without: |_| (),
+            with: halves,
+            changes: |hit| Some(hit.uv.x > 0.5).filter(|_| (hit.uv.x - 0.5).abs() > 1e-3),
+        },
+        Pair {
+            effect: "color-map-transform",
+            brings: &[],
+            words: &["color_uv"],
+            without: halves,
             with: |b| {
-                let image = Image::new(2, 1, Pixels::Rgba8(vec![[255, 255, 255, 255], [255, 0, 0, 255]])).unwrap();
-                b.add(TextureUnit { unit: 1 }).add(Texture2::from_image(image));
+                b.add(TextureUnit { unit: 1 });
+                b.add(Texture2Transform { translation: DVec2::new(0.5, 0.0), ..Default::default() });
+                halves(b);
+            },
+            changes: |hit| Some(true).filter(|_| (hit.uv.x - 0.5).abs() > 1e-3 && (1e-3..0.999).contains(&hit.uv.x)),
+        },
+        Pair {
+            effect: "height-ramp",
+            brings: &[],
+            words: &["ramp", "relative_height"],
+            without: |_| (),
+            with: |b| {
+                b.add(ColorRamp::default());
+            },
+            changes: always,
+        },
+        Pair {
+            effect: "slope-ramp",
+            brings: &[],
+            words: &["ramp", "terrain_slope", "gradients", "atan"],
+            without: |_| (),
+            with: |b| {
+                b.add(ColorRamp { by: RampBy::Slope, ramp: Ramp::Viridis, ..Default::default() });
+            },
+            changes: always,
+        },
+        Pair {
+            effect: "contours",
+            brings: &[],
+            words: &["contour", "relative_height", "dpdx"],
+            without: |_| (),
+            with: |b| {
+                b.add(ContourLines { interval: 0.1, ..Default::default() });
+            },
+            changes: |hit| {
+                let lines = hit.object_point.z / 0.1;
+                let away = 0.1 * (lines - lines.round()).abs();
+                // A pixel shows up to 0.01 of height, and more where the ground is seen at a grazing angle.
+                let facing = (DVec3::new(0.4, -1.2, 1.1) - hit.point).normalize().dot(hit.smooth_normal.normalize());
+                (facing > 0.5 && !(1e-4..0.03).contains(&away)).then_some(away < 1e-4)
+            },
+        },
+        Pair {
+            effect: "detail-textures",
+            brings: &[],
+            words: &["detail_", "tiles", "sampler"],
+            without: |_| (),
+            with: |b| {
+                let one = |color: [u8; 4]| Texture2::from_image(Image::new(1, 1, Pixels::Rgba8(vec![color])).unwrap());
+                let shares = Pixels::Rgba8(vec![[255, 0, 0, 0], [0, 255, 0, 0]]);
+                b.add(TextureUnit { unit: 2 }).add(Texture2::from_image(Image::new(2, 1, shares).unwrap()));
+                for (unit, color) in [(3, [255; 4]), (4, [255, 0, 0, 255]), (5, [0; 4]), (6, [0; 4])] {
+                    b.add(TextureUnit { unit }).add(one(color));
+                }
+                b.add(DetailTextures { size: 0.1, ..Default::default() });
             },
             changes: |hit| Some(hit.uv.x > 0.5).filter(|_| (hit.uv.x - 0.5).abs() > 1e-3),
         },

@@ -7,7 +7,7 @@ use super::frame::{DebugColor, Draw, Effects, Frame, GeometryKind};
 use super::render::Render;
 use super::walk::{Visitor, walk};
 use super::{ActionError, Aspect, Cameras, LightSource, RenderAction, State, View};
-use crate::node::{FogType, ShapeNode};
+use crate::node::{FogType, RampBy, ShapeNode};
 use crate::scene::{Path, Scene};
 
 /// One line of the table of [`EFFECTS`].
@@ -86,6 +86,12 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "fog",               |e| on(e.fog == FogType::Fog),   |s| by(&[Aspect::Environment], s);
     "smoke",             |e| on(e.fog == FogType::Smoke), |s| by(&[Aspect::Environment], s);
     "color-map",         |e| on(e.color_map),      |s| by_texture(s, s.program.color_unit);
+    "color-map-transform", |e| on(e.color_map_transform),
+                                                   |s| vec![s.texture_transform(s.program.color_unit).map(|t| t.1)];
+    "height-ramp",       |e| on(e.ramp == Some(RampBy::Height)), |s| by(&[Aspect::ColorRamp], s);
+    "slope-ramp",        |e| on(e.ramp == Some(RampBy::Slope)),  |s| by(&[Aspect::ColorRamp], s);
+    "contours",          |e| on(e.contours),       |s| by(&[Aspect::ContourLines], s);
+    "detail-textures",   |e| on(e.detail_textures), |s| by(&[Aspect::DetailTextures], s);
     "color-by-part",     |e| on(e.debug_color == DebugColor::Parts), by_shape;
     "color-by-level",    |e| on(e.debug_color == DebugColor::Levels), by_shape;
 };

@@ -5,9 +5,9 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Mat3, Mat4, Vec3};
+use glam::{DVec3, Mat3, Mat4, Vec2, Vec3};
 
-use crate::node::{FogType, TextureFilter};
+use crate::node::{FogType, Ramp, RampBy, TextureFilter, Wrap};
 use crate::scene::Image;
 use crate::terrain::{HeightField, Instances, Parts};
 
@@ -82,6 +82,8 @@ pub struct Draw {
     pub ambient: Vec3,
     /// Unit vector towards the eye for orthographic cameras, where it is the same everywhere; `None` for perspective.
     pub towards_eye: Option<Vec3>,
+    /// What colours a terrain beside material and colour map.
+    pub coloring: Coloring,
     /// The air between eye and shape, where there is fog.
     pub fog: Fog,
     /// For transparent shapes: distance of the middle of their box from the eye, along the view. Others have 0.
@@ -205,6 +207,57 @@ pub struct TerrainDraw {
     pub branching: u32,
 }
 
+/// What colours a terrain beside material and colour map.
+#[derive(Debug, Clone, Default)]
+pub struct Coloring {
+    /// Colours by height or slope.
+    pub ramp: Option<RampMap>,
+    /// Lines of equal height.
+    pub contours: Option<ContourStyle>,
+    /// Four textures and their mask.
+    pub detail: Option<DetailMaps>,
+    /// Where the colour map is looked up, if not edge to edge: rows that take (column, row, 1) to texture coordinates, rows
+    /// of the image running down.
+    pub color_uv: Option<[Vec3; 2]>,
+}
+
+/// A ramp and what it is looked up by: its place is `scale · value + offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RampMap {
+    /// The colours.
+    pub ramp: Ramp,
+    /// Multiplies the height relative to the anchor in raw units, or the slope in radians.
+    pub scale: f32,
+    /// Is added.
+    pub offset: f32,
+    /// Takes raw gradients, per cell along columns and rows, to slopes.
+    pub slope: Vec2,
+}
+
+/// Lines of equal height: where `scale · height + offset` is a whole number; the height relative to the anchor in raw units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContourStyle {
+    /// Multiplies the height.
+    pub scale: f32,
+    /// Is added.
+    pub offset: f32,
+    /// Width in pixels.
+    pub width: f32,
+    /// Colour, linear.
+    pub color: Vec3,
+}
+
+/// Four textures that cover a terrain where a mask says.
+#[derive(Debug, Clone)]
+pub struct DetailMaps {
+    /// Shares of the textures in red, green, blue and alpha; on the whole extent, first row north.
+    pub mask: ColorMap,
+    /// The textures.
+    pub textures: [ColorMap; 4],
+    /// How often they repeat per cell, along columns and rows.
+    pub tiles: Vec2,
+}
+
 /// An image that colours a surface, and how it is sampled.
 #[derive(Debug, Clone)]
 pub struct ColorMap {
@@ -212,6 +265,8 @@ pub struct ColorMap {
     pub image: Arc<Image>,
     /// The filters, from the Complexity node's texture quality.
     pub filter: TextureFilter,
+    /// What is beyond its border.
+    pub wrap: [Wrap; 2],
 }
 
 /// Triangles with normals, in local coordinates.
@@ -271,6 +326,14 @@ pub struct Effects {
     pub specular: bool,
     /// Whether a colour map multiplies the diffuse colour's place.
     pub color_map: bool,
+    /// Whether the colour map is moved, turned or scaled.
+    pub color_map_transform: bool,
+    /// Whether there are colours by height or slope, and by which of them.
+    pub ramp: Option<RampBy>,
+    /// Whether there are lines of equal height.
+    pub contours: bool,
+    /// Whether four textures cover the ground by a mask.
+    pub detail_textures: bool,
     /// Colours for study; replace colour map and diffuse colour.
     pub debug_color: DebugColor,
     /// Whether ambient light reaches the surface.
@@ -298,6 +361,10 @@ impl Effects {
             specular: self.specular && lit,
             emissive: self.emissive && lit,
             color_map: self.color_map && plain,
+            color_map_transform: self.color_map_transform && self.color_map && plain,
+            ramp: self.ramp.filter(|_| plain),
+            contours: self.contours && plain,
+            detail_textures: self.detail_textures && plain,
             transparency: self.transparency && plain,
             fog: if plain { self.fog } else { FogType::None },
             ..self

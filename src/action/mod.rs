@@ -7,6 +7,7 @@ mod aabb;
 mod bounding_box;
 mod camera;
 mod cameras;
+mod coloring;
 mod effects;
 mod error;
 mod frame;
@@ -26,8 +27,9 @@ pub use cameras::Cameras;
 pub use effects::{DrawEffects, EFFECTS, EffectInfo};
 pub use error::{ActionError, ShapeError};
 pub use frame::{
-    Attenuation, ColorMap, Cone, DebugColor, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, Mesh, Sky,
-    Statistics, SurfaceMaterial, TerrainDraw, linear_color, linear_from_srgb,
+    Attenuation, ColorMap, Coloring, Cone, ContourStyle, DebugColor, DetailMaps, Draw, Effects, Fog, Frame, FrameLight,
+    Geometry, GeometryKind, Mesh, RampMap, Sky, Statistics, SurfaceMaterial, TerrainDraw, linear_color,
+    linear_from_srgb,
 };
 pub use ray::{Ray, RayError, intersect_triangle};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};

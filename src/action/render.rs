@@ -7,7 +7,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat4, DVec3, Mat3, Vec3};
 
 use super::frame::{
-    Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, Mesh, Sky, Statistics, SurfaceMaterial, relative,
+    Coloring, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, Mesh, Sky, Statistics, SurfaceMaterial,
+    relative,
 };
 use super::state::{cofactors, compose};
 use super::view::Kept;
@@ -305,14 +306,27 @@ impl DrawContext<'_> {
     /// Adds a draw. `local_from_rel` takes the coordinates that the geometry is given in to local ones; its products with
     /// model and view are made in f64 and rounded once. The anchor's translation should be small against the eye's
     /// distance; see [`TerrainDraw::anchor`](super::TerrainDraw::anchor).
-    pub fn draw(&mut self, geometry: Geometry, local_from_rel: &DAffine3, options: DrawOptions) {
+    ///
+    /// # Errors
+    ///
+    /// When an image that the State asks for can not be had.
+    pub fn draw(
+        &mut self,
+        geometry: Geometry,
+        local_from_rel: &DAffine3,
+        options: DrawOptions,
+    ) -> Result<(), ShapeError> {
         let state = self.shape.state;
-        if state.material.transparency >= 1.0 && options.debug_color == DebugColor::Plain {
-            return;
+        let plain = options.debug_color == DebugColor::Plain;
+        if state.material.transparency >= 1.0 && plain {
+            return Ok(());
         }
+        let coloring = match &geometry {
+            Geometry::Terrain(terrain) if plain => self.coloring(terrain, local_from_rel)?,
+            _ => Coloring::default(),
+        };
         let eye_from_rel = compose(&self.eye_from_local(), local_from_rel);
-        let unlit = state.light_model.model == LightingModel::BaseColor
-            || options.debug_color != DebugColor::Plain && !options.lit;
+        let unlit = state.light_model.model == LightingModel::BaseColor || !plain && !options.lit;
         let lights: Arc<[FrameLight]> = if unlit {
             Arc::default()
         } else {
@@ -340,6 +354,10 @@ impl DrawContext<'_> {
             specular: material.specular != Vec3::ZERO,
             color_map: options.color_map,
             debug_color: options.debug_color,
+            color_map_transform: coloring.color_uv.is_some(),
+            ramp: state.color_ramp.as_ref().filter(|_| coloring.ramp.is_some()).map(|ramp| ramp.by),
+            contours: coloring.contours.is_some(),
+            detail_textures: coloring.detail.is_some(),
             ambient: material.ambient * ambient != Vec3::ZERO,
             emissive: material.emissive != Vec3::ZERO,
         }
@@ -375,8 +393,10 @@ impl DrawContext<'_> {
             ambient,
             towards_eye,
             fog: if effects.fog == FogType::None { Fog::default() } else { self.fog() },
+            coloring,
             distance: 0.0,
         });
+        Ok(())
     }
 
     /// The fog of the air.
@@ -421,8 +441,7 @@ impl DrawContext<'_> {
         }
         let options =
             DrawOptions { kind: GeometryKind::Mesh, color_map: false, debug_color: DebugColor::Plain, lit: true };
-        self.draw(Geometry::Mesh(Arc::new(mesh)), &DAffine3::from_translation(anchor), options);
-        Ok(())
+        self.draw(Geometry::Mesh(Arc::new(mesh)), &DAffine3::from_translation(anchor), options)
     }
 }
 

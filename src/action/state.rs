@@ -4,10 +4,12 @@ use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine2, DAffine3, DMat3, DVec3, Vec3};
 
 use super::{ActionError, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
-use crate::node::{Background, Complexity, Environment, LightModel, Material};
+use crate::node::{
+    Background, ColorRamp, Complexity, ContourLines, DetailTextures, Environment, LightModel, Material, Wrap,
+};
 use crate::scene::{Image, NodeKey, Path, Scene};
 
 /// The properties in force at a point of a walk.
@@ -33,6 +35,15 @@ pub struct State {
     pub environment: Environment,
     /// Whether light is looked at.
     pub light_model: LightModel,
+    /// Colours by height or slope.
+    pub color_ramp: Option<Arc<ColorRamp>>,
+    /// Lines of equal height.
+    pub contour_lines: Option<Arc<ContourLines>>,
+    /// Four textures and their mask.
+    pub detail_textures: Option<Arc<DetailTextures>>,
+    /// What takes texture coordinates to those that are looked up, by unit, with the visit of the node; see
+    /// [`PropertyContext::visit`].
+    pub texture_transforms: Arc<Vec<(u32, DAffine2, u64)>>,
     /// What is behind everything.
     pub background: Option<Arc<Background>>,
     /// Which node set what.
@@ -52,6 +63,10 @@ impl Default for State {
             camera: None,
             environment: Environment::default(),
             light_model: LightModel::default(),
+            color_ramp: None,
+            contour_lines: None,
+            detail_textures: None,
+            texture_transforms: Arc::default(),
             background: None,
             credits: Credits::default(),
         }
@@ -69,13 +84,30 @@ impl State {
         self.model.translation += self.model.matrix3 * by;
     }
 
-    pub(crate) fn set_texture(&mut self, source: Option<TextureSource>, cx: &PropertyContext<'_>) {
+    pub(crate) fn set_texture(&mut self, source: Option<TextureSource>, wrap: [Wrap; 2], cx: &PropertyContext<'_>) {
         let unit = self.unit;
         let textures = Arc::make_mut(&mut self.textures);
         textures.retain(|t| t.unit != unit);
         if let Some(source) = source {
-            textures.push(TextureBinding { unit, source, node: cx.key, visit: cx.visit });
+            textures.push(TextureBinding { unit, source, wrap, node: cx.key, visit: cx.visit });
         }
+    }
+
+    /// Replaces the transform of texture coordinates on the current unit.
+    pub(crate) fn set_texture_transform(&mut self, transform: DAffine2, cx: &PropertyContext<'_>) {
+        let unit = self.unit;
+        let transforms = Arc::make_mut(&mut self.texture_transforms);
+        transforms.retain(|(known, ..)| *known != unit);
+        if transform != DAffine2::IDENTITY {
+            transforms.push((unit, transform, cx.visit));
+        }
+    }
+
+    /// The transform of texture coordinates on a unit and the visit of its node, if it changes anything.
+    #[must_use]
+    pub fn texture_transform(&self, unit: u32) -> Option<(DAffine2, u64)> {
+        let mut found = self.texture_transforms.iter();
+        found.find(|(known, ..)| *known == unit).map(|&(_, transform, visit)| (transform, visit))
     }
 
     /// Notes that a property has set an aspect of the state.
@@ -189,10 +221,16 @@ pub enum Aspect {
     Environment,
     /// Whether light is looked at.
     LightModel,
+    /// Colours by height or slope.
+    ColorRamp,
+    /// Lines of equal height.
+    ContourLines,
+    /// Four textures and their mask.
+    DetailTextures,
 }
 
 impl Aspect {
-    const COUNT: usize = Aspect::LightModel as usize + 1;
+    const COUNT: usize = Aspect::DetailTextures as usize + 1;
 }
 
 /// The last node that set each [`Aspect`].
@@ -230,6 +268,8 @@ pub struct TextureBinding {
     pub unit: u32,
     /// Its image.
     pub source: TextureSource,
+    /// What is beyond its border, from left to right and from bottom to top.
+    pub wrap: [Wrap; 2],
     /// The node that put it there.
     pub node: NodeKey,
     /// The occurrence of that node; see [`PropertyContext::visit`].

@@ -14,8 +14,11 @@
 mod background;
 mod base_color;
 mod camera;
+mod color_ramp;
 mod complexity;
+mod contour_lines;
 mod cube;
+mod detail_textures;
 mod environment;
 mod field;
 mod group;
@@ -27,6 +30,7 @@ mod seamless_terrain;
 mod separator;
 mod shader;
 mod texture;
+mod texture_transform;
 mod transform;
 
 use std::any::Any;
@@ -37,8 +41,13 @@ use glam::{DVec2, DVec3};
 pub use background::Background;
 pub use base_color::BaseColor;
 pub use camera::{CameraFields, OrthographicCamera, PerspectiveCamera};
+#[cfg(feature = "render")]
+pub(crate) use color_ramp::RAMP_STOPS;
+pub use color_ramp::{ColorRamp, Ramp, RampBy};
 pub use complexity::{Complexity, TextureFilter};
+pub use contour_lines::ContourLines;
 pub use cube::Cube;
+pub use detail_textures::DetailTextures;
 pub use environment::{Environment, FogType};
 pub use field::{AxisAngle, Color, FieldError, FieldValue};
 pub use group::Group;
@@ -51,6 +60,7 @@ pub use seamless_terrain::{ColorMode, DetailMode, SeamlessTerrain, VoidMode, lat
 pub use separator::Separator;
 pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderValue, VertexShader};
 pub use texture::{ImageRef, Texture2, TextureUnit, Wrap};
+pub use texture_transform::Texture2Transform;
 pub use transform::Transform;
 
 use crate::action::{Aabb, DrawContext, PropertyContext, Ray, ShapeContext, ShapeError, State, Surface};

@@ -4,12 +4,10 @@ use glam::{DAffine3, DVec2, DVec3, DVec4};
 use serde::{Deserialize, Serialize};
 
 use super::field::enum_field;
-use super::{
-    FieldProblem, FieldValue, HitDetail, ShapeHit, ShapeNode, TerrainDetail, TerrainTriangle, TextureFilter, Triangle,
-};
+use super::{FieldProblem, FieldValue, HitDetail, ShapeHit, ShapeNode, TerrainDetail, TerrainTriangle, Triangle};
 use crate::action::{
-    Aabb, ColorMap, DebugColor, DrawContext, DrawOptions, Geometry, GeometryKind, Lens, Ray, ShapeContext, ShapeError,
-    Surface, TerrainDraw, Viewpoint,
+    Aabb, DebugColor, DrawContext, DrawOptions, Geometry, GeometryKind, Lens, Ray, ShapeContext, ShapeError, Surface,
+    TerrainDraw, Viewpoint,
 };
 use crate::terrain::pick::{CoarseSurface, Fan, LatticeRay, TerrainHit};
 use crate::terrain::{
@@ -563,10 +561,7 @@ impl ShapeNode for SeamlessTerrain {
         cx.keep(history);
 
         let color_map = match self.color_mode {
-            ColorMode::Plain => cx.shape.image(cx.shape.state.program.color_unit)?.map(|image| ColorMap {
-                image,
-                filter: TextureFilter::of_quality(cx.shape.state.complexity.texture_quality),
-            }),
+            ColorMode::Plain => cx.color_map(cx.shape.state.program.color_unit)?,
             ColorMode::Parts | ColorMode::Levels => None,
         };
         let eye = inverse_of(&cx.shape.state.model).map_or(DVec3::ZERO, |i| i.transform_point3(cx.view.eye));
@@ -599,8 +594,7 @@ impl ShapeNode for SeamlessTerrain {
             levels: u32::from(tree.depth()) + 1,
             branching: tree.resolutions().branching(),
         };
-        cx.draw(Geometry::Terrain(draw), &local_from_rel, options);
-        Ok(())
+        cx.draw(Geometry::Terrain(draw), &local_from_rel, options)
     }
 }
 

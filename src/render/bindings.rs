@@ -11,14 +11,40 @@ pub(super) enum Slot {
     GradientSampler,
     ColorMap,
     ColorMapSampler,
+    DetailMask,
+    DetailMaskSampler,
+    DetailTexture0,
+    DetailTexture1,
+    DetailTexture2,
+    DetailTexture3,
+    DetailTextureSampler,
 }
 
 impl Slot {
-    pub(super) const ALL: [Slot; 5] =
-        [Slot::Heights, Slot::Gradients, Slot::GradientSampler, Slot::ColorMap, Slot::ColorMapSampler];
+    pub(super) const ALL: [Slot; 12] = [
+        Slot::Heights,
+        Slot::Gradients,
+        Slot::GradientSampler,
+        Slot::ColorMap,
+        Slot::ColorMapSampler,
+        Slot::DetailMask,
+        Slot::DetailMaskSampler,
+        Slot::DetailTexture0,
+        Slot::DetailTexture1,
+        Slot::DetailTexture2,
+        Slot::DetailTexture3,
+        Slot::DetailTextureSampler,
+    ];
 
     pub(super) fn binding(self) -> u32 {
         self as u32
+    }
+
+    pub(super) fn is_sampler(self) -> bool {
+        matches!(
+            self,
+            Slot::GradientSampler | Slot::ColorMapSampler | Slot::DetailMaskSampler | Slot::DetailTextureSampler
+        )
     }
 
     /// Whether a variant reads it.
@@ -26,8 +52,15 @@ impl Slot {
         let e = &variant.effects;
         match self {
             Slot::Heights => variant.terrain(),
-            Slot::Gradients | Slot::GradientSampler => variant.terrain() && e.lit(),
+            Slot::Gradients | Slot::GradientSampler => variant.gradients(),
             Slot::ColorMap | Slot::ColorMapSampler => e.color_map,
+            Slot::DetailMask
+            | Slot::DetailMaskSampler
+            | Slot::DetailTexture0
+            | Slot::DetailTexture1
+            | Slot::DetailTexture2
+            | Slot::DetailTexture3
+            | Slot::DetailTextureSampler => e.detail_textures,
         }
     }
 
@@ -42,16 +75,13 @@ impl Slot {
             view_dimension: wgpu::TextureViewDimension::D2,
             multisampled: false,
         };
-        let smooth = texture(wgpu::TextureSampleType::Float { filterable: true });
         let ty = match self {
             Slot::Heights if variant.effects.geometry == GeometryKind::TerrainF32 => {
                 texture(wgpu::TextureSampleType::Float { filterable: false })
             }
             Slot::Heights => texture(wgpu::TextureSampleType::Uint),
-            Slot::Gradients | Slot::ColorMap => smooth,
-            Slot::GradientSampler | Slot::ColorMapSampler => {
-                wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)
-            }
+            sampler if sampler.is_sampler() => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+            _ => texture(wgpu::TextureSampleType::Float { filterable: true }),
         };
         let visibility = match self {
             Slot::Heights => wgpu::ShaderStages::VERTEX,

@@ -371,7 +371,7 @@ impl Renderer {
                 })?;
                 let first = self.scratch.instances.len() as u32;
                 self.scratch.instances.extend_from_slice(terrain.instances.data());
-                let factor = match variant.effects.lit() {
+                let factor = match variant.gradients() {
                     true => self.textures.gradients(gpu, &terrain.heights)?.factor,
                     false => 1.0,
                 };

@@ -4,7 +4,7 @@ use wesl::{CompileOptions, Feature, Features, ManglerKind, ModulePath, VirtualRe
 
 use super::RenderError;
 use crate::action::{DebugColor, EFFECTS, Effects, GeometryKind};
-use crate::node::FogType;
+use crate::node::{FogType, RampBy};
 
 /// All that shader text depends on: the effects that have a bearing, and the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -16,9 +16,12 @@ pub(super) struct Variant {
 
 impl Variant {
     pub(super) fn new(effects: &Effects, format: wgpu::TextureFormat) -> Result<Self, RenderError> {
-        let plain = effects.debug_color == DebugColor::Plain;
-        if effects.geometry == GeometryKind::Mesh && (effects.color_map || !plain) {
-            return Err(RenderError::Effects("colour maps and colours for study are for terrains, not for meshes"));
+        let e = effects;
+        let colors = e.color_map || e.ramp.is_some() || e.contours || e.detail_textures;
+        if e.geometry == GeometryKind::Mesh && (colors || e.debug_color != DebugColor::Plain) {
+            return Err(RenderError::Effects(
+                "maps, ramps and lines and colours for study are for terrains, not for meshes",
+            ));
         }
         // Colours by part are two plain colours, which need no shader of their own.
         let debug_color = match effects.debug_color {
@@ -30,6 +33,11 @@ impl Variant {
 
     pub(super) fn terrain(&self) -> bool {
         self.effects.geometry != GeometryKind::Mesh
+    }
+
+    /// Whether fragments read the gradients of a map.
+    pub(super) fn gradients(&self) -> bool {
+        self.terrain() && (self.effects.lit() || self.effects.ramp == Some(RampBy::Slope))
     }
 
     /// Whether fragments need to know where they are.
@@ -53,6 +61,12 @@ impl Variant {
             ("lit", e.lit()),
             ("air", e.fog != FogType::None),
             ("position", self.position()),
+            ("normals", e.lit()),
+            ("gradients", self.gradients()),
+            ("lattice", self.gradients() || e.color_map || e.detail_textures),
+            ("relative_height", e.ramp == Some(RampBy::Height) || e.contours),
+            ("ramp", e.ramp.is_some()),
+            ("albedo", e.color_map || e.ramp.is_some() || e.detail_textures),
             ("encode_srgb", self.encode_srgb),
         ];
         let flags = EFFECTS.iter().map(|effect| (effect.name.replace('-', "_"), effect.is_on(e)));
@@ -96,8 +110,11 @@ pub(super) fn encodes(format: wgpu::TextureFormat) -> bool {
     !format.is_srgb() && !floats
 }
 
-const MODULES: [(&str, &str); 10] = [
+const MODULES: [(&str, &str); 13] = [
     ("fog", include_str!("../../shaders/fog.wesl")),
+    ("ramp", include_str!("../../shaders/ramp.wesl")),
+    ("contours", include_str!("../../shaders/contours.wesl")),
+    ("detail_textures", include_str!("../../shaders/detail_textures.wesl")),
     ("sky", include_str!("../../shaders/sky.wesl")),
     ("main", include_str!("../../shaders/main.wesl")),
     ("draw", include_str!("../../shaders/draw.wesl")),

@@ -8,9 +8,9 @@ use super::RenderError;
 use super::bindings::Slot;
 use super::cache::Cache;
 use super::error::guarded;
-use super::mips::{ColorHalver, Level, full_chain, half_gradients};
+use super::mips::{ColorHalver, Level, full_chain, half_data, half_gradients};
 use crate::action::{ColorMap, Draw, Geometry};
-use crate::node::TextureFilter;
+use crate::node::{TextureFilter, Wrap};
 use crate::scene::Image;
 use crate::terrain::{HeightField, Samples};
 
@@ -31,8 +31,8 @@ pub(super) struct Texture {
 pub(super) struct Textures {
     heights: Cache<u64, Texture>,
     gradients: Cache<u64, Texture>,
-    colors: Cache<(u64, bool), Texture>,
-    samplers: Cache<TextureFilter, wgpu::Sampler>,
+    colors: Cache<ImageKey, Texture>,
+    samplers: Cache<SamplerKey, wgpu::Sampler>,
     /// Bytes sent since the last frame began.
     pub uploaded: u64,
 }
@@ -44,6 +44,55 @@ pub(super) struct Gpu<'a> {
     pub queue: &'a wgpu::Queue,
     /// Number of the frame, for the caches.
     pub frame: u64,
+}
+
+/// What a sampler depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct SamplerKey {
+    filter: TextureFilter,
+    wrap: [Wrap; 2],
+}
+
+impl SamplerKey {
+    /// A number for each.
+    fn bits(self) -> u64 {
+        self.wrap.into_iter().fold(self.filter.bits(), |bits, wrap| bits << 1 | u64::from(wrap == Wrap::Repeat))
+    }
+}
+
+/// What an image on the device depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct ImageKey {
+    image: u64,
+    mipmaps: bool,
+    /// Numbers as they are, not colours in sRGB.
+    data: bool,
+}
+
+impl ImageKey {
+    fn new(map: &ColorMap, slot: Slot) -> Self {
+        Self { image: map.image.id(), mipmaps: map.filter.mipmaps, data: slot == Slot::DetailMask }
+    }
+
+    /// A number for each.
+    fn bits(self) -> u64 {
+        self.image << 2 | u64::from(self.mipmaps) << 1 | u64::from(self.data)
+    }
+}
+
+/// The image that a draw has for a slot of an image or of its sampler.
+fn image_in(draw: &Draw, slot: Slot) -> Option<&ColorMap> {
+    let detail = draw.coloring.detail.as_ref();
+    let texture = |k: usize| detail.and_then(|detail| detail.textures.get(k));
+    match (slot, &draw.geometry) {
+        (Slot::ColorMap | Slot::ColorMapSampler, Geometry::Terrain(terrain)) => terrain.color_map.as_ref(),
+        (Slot::DetailMask | Slot::DetailMaskSampler, _) => detail.map(|detail| &detail.mask),
+        (Slot::DetailTexture0 | Slot::DetailTextureSampler, _) => texture(0),
+        (Slot::DetailTexture1, _) => texture(1),
+        (Slot::DetailTexture2, _) => texture(2),
+        (Slot::DetailTexture3, _) => texture(3),
+        _ => None,
+    }
 }
 
 /// What is put into a slot of the bindings.
@@ -69,20 +118,23 @@ impl Textures {
             return Err(RenderError::Effects("the effects are for another kind of geometry"));
         };
         let field = &terrain.heights;
-        let colors =
-            || terrain.color_map.as_ref().ok_or(RenderError::Effects("a colour map is asked for, but there is none"));
+        let image = || image_in(draw, slot).ok_or(RenderError::Effects("an image is asked for, but there is none"));
         Ok(match slot {
             Slot::Heights => (field.id(), Content::View(self.heights(gpu, field)?.view.clone())),
             Slot::Gradients => (field.id(), Content::View(self.gradients(gpu, field)?.view.clone())),
-            Slot::GradientSampler => (0, Content::Sampler(self.sampler(gpu, SMOOTH)?.clone())),
-            Slot::ColorMap => {
-                let map = colors()?;
-                let view = self.colors(gpu, &map.image, map.filter.mipmaps)?.view.clone();
-                (map.image.id() << 1 | u64::from(map.filter.mipmaps), Content::View(view))
+            Slot::GradientSampler => {
+                let key = SamplerKey { filter: SMOOTH, wrap: [Wrap::Clamp; 2] };
+                (0, Content::Sampler(self.sampler(gpu, key)?.clone()))
             }
-            Slot::ColorMapSampler => {
-                let filter = colors()?.filter;
-                (filter.bits(), Content::Sampler(self.sampler(gpu, filter)?.clone()))
+            Slot::ColorMapSampler | Slot::DetailMaskSampler | Slot::DetailTextureSampler => {
+                let map = image()?;
+                let key = SamplerKey { filter: map.filter, wrap: map.wrap };
+                (key.bits(), Content::Sampler(self.sampler(gpu, key)?.clone()))
+            }
+            _ => {
+                let map = image()?;
+                let key = ImageKey::new(map, slot);
+                (key.bits(), Content::View(self.colors(gpu, &map.image, key)?.view.clone()))
             }
         })
     }
@@ -91,12 +143,12 @@ impl Textures {
     pub(super) fn held(&self, draw: &Draw, slot: Slot) -> u64 {
         let Geometry::Terrain(terrain) = &draw.geometry else { return 0 };
         let field = terrain.heights.id();
-        let colors = |map: &ColorMap| self.colors.peek(&(map.image.id(), map.filter.mipmaps));
+        let colors = |map: &ColorMap| self.colors.peek(&ImageKey::new(map, slot));
         let texture = match slot {
             Slot::Heights => self.heights.peek(&field),
             Slot::Gradients => self.gradients.peek(&field),
-            Slot::ColorMap => terrain.color_map.as_ref().and_then(colors),
-            Slot::GradientSampler | Slot::ColorMapSampler => None,
+            slot if slot.is_sampler() => None,
+            _ => image_in(draw, slot).and_then(colors),
         };
         texture.map_or(0, |texture| texture.bytes)
     }
@@ -133,20 +185,20 @@ impl Textures {
         })
     }
 
-    /// An image as colours; with smaller copies if asked for.
-    pub(super) fn colors(&mut self, gpu: Gpu<'_>, image: &Image, mipmaps: bool) -> Result<&Texture, RenderError> {
+    /// An image as colours or as numbers; with smaller copies if asked for.
+    fn colors(&mut self, gpu: Gpu<'_>, image: &Image, key: ImageKey) -> Result<&Texture, RenderError> {
         let uploaded = &mut self.uploaded;
-        self.colors.get((image.id(), mipmaps), gpu.frame, || {
+        self.colors.get(key, gpu.frame, || {
             let (width, height) = (image.width(), image.height());
-            let levels = if mipmaps { full_chain(width, height) } else { 1 };
-            let format = wgpu::TextureFormat::Rgba8UnormSrgb;
+            let levels = if key.mipmaps { full_chain(width, height) } else { 1 };
+            let format = if key.data { wgpu::TextureFormat::Rgba8Unorm } else { wgpu::TextureFormat::Rgba8UnormSrgb };
             let texture = create(gpu.device, "a colour map", format, [width, height], levels)?;
             let mut level = Level { width, height, texels: image.rgba8() };
             upload(gpu, &texture, 0, bytemuck::cast_slice(&level.texels), uploaded)?;
             if levels > 1 {
                 let halver = ColorHalver::new();
                 for index in 1..levels {
-                    level = halver.half(&level);
+                    level = if key.data { half_data(&level) } else { halver.half(&level) };
                     upload(gpu, &texture, index, bytemuck::cast_slice(&level.texels), uploaded)?;
                 }
             }
@@ -154,12 +206,18 @@ impl Textures {
         })
     }
 
-    /// A sampler that clamps at the border.
-    pub(super) fn sampler(&mut self, gpu: Gpu<'_>, filter: TextureFilter) -> Result<&wgpu::Sampler, RenderError> {
+    fn sampler(&mut self, gpu: Gpu<'_>, key: SamplerKey) -> Result<&wgpu::Sampler, RenderError> {
         let mode = |linear| if linear { wgpu::FilterMode::Linear } else { wgpu::FilterMode::Nearest };
-        self.samplers.get(filter, gpu.frame, || {
+        let address = |wrap| match wrap {
+            Wrap::Repeat => wgpu::AddressMode::Repeat,
+            Wrap::Clamp => wgpu::AddressMode::ClampToEdge,
+        };
+        self.samplers.get(key, gpu.frame, || {
+            let SamplerKey { filter, wrap: [s, t] } = key;
             let descriptor = wgpu::SamplerDescriptor {
                 label: Some("texture filter"),
+                address_mode_u: address(s),
+                address_mode_v: address(t),
                 min_filter: mode(filter.min_linear),
                 mag_filter: mode(filter.mag_linear),
                 mipmap_filter: if filter.mip_linear {

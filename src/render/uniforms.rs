@@ -1,10 +1,12 @@
 //! The bytes of `struct Draw` in `shaders/draw.wesl`: the same members under the same conditions in the same order.
 
-use glam::{Mat3, Mat4, UVec4, Vec3, Vec4};
+use glam::{Mat3, Mat4, UVec4, Vec2, Vec3, Vec4};
 
 use super::shader::Variant;
-use crate::action::{Attenuation, Cone, DebugColor, Draw, FrameLight, Geometry, Sky, linear_color};
-use crate::node::FogType;
+use crate::action::{
+    Attenuation, Cone, ContourStyle, DebugColor, Draw, FrameLight, Geometry, RampMap, Sky, linear_color,
+};
+use crate::node::{FogType, RAMP_STOPS, Ramp};
 
 /// Colours of the levels, the finest first: the palette of Okabe and Ito, which people with any colour vision can tell
 /// apart, with grey for black. sRGB.
@@ -84,6 +86,30 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
             LEVEL_COLORS.into_iter().for_each(|c| w.vec3(linear(c), 1.0));
             w.uvec4(UVec4::new(terrain.branching.trailing_zeros().max(1), 0, 0, 0));
         }
+    }
+    let coloring = &draw.coloring;
+    if e.color_map_transform {
+        let rows = coloring.color_uv.unwrap_or_default();
+        rows.into_iter().for_each(|row| w.vec3(row, 0.0));
+    }
+    if e.ramp.is_some() {
+        let map = coloring.ramp.unwrap_or(RampMap { ramp: Ramp::Gray, scale: 0.0, offset: 0.0, slope: Vec2::ZERO });
+        let stops = map.ramp.stops();
+        // The last one again, up to the length of the list.
+        for (place, color) in stops.iter().chain(stops.last().into_iter().cycle()).take(RAMP_STOPS) {
+            w.vec3(linear(*color), *place);
+        }
+        w.vec4(Vec4::new(map.scale, map.offset, map.slope.x, map.slope.y));
+    }
+    if e.contours {
+        let none = ContourStyle { scale: 0.0, offset: 0.5, width: 0.0, color: Vec3::ZERO };
+        let lines = coloring.contours.unwrap_or(none);
+        w.vec4(Vec4::new(lines.scale, lines.offset, 0.5 * lines.width, 0.0));
+        w.vec3(lines.color, 0.0);
+    }
+    if e.detail_textures {
+        let tiles = coloring.detail.as_ref().map_or(Vec2::ONE, |detail| detail.tiles);
+        w.vec4(Vec4::new(tiles.x, tiles.y, 0.0, 0.0));
     }
     let m = &draw.material;
     if !levels {
