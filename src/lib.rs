@@ -71,10 +71,10 @@ pub mod prelude {
     };
     pub use crate::node::{
         AxisAngle, Background, BaseColor, Color, ColorMode, ColorRamp, Complexity, ContourLines, Cube, DetailMode,
-        DetailTextures, DirectionalLight, Environment, FogType, FragmentShader, Group, LightModel, LightingModel,
-        Material, Node, OrthographicCamera, PerspectiveCamera, PointLight, Ramp, RampBy, SeamlessTerrain, Separator,
-        ShaderParameter, ShaderProgram, ShaderValue, SpotLight, Texture2, Texture2Transform, TextureUnit, Transform,
-        VertexShader, VoidMode,
+        DetailTextures, DirectionalLight, DrawStyle, Environment, FogType, FragmentShader, Group, LightModel,
+        LightingModel, Material, Node, OrthographicCamera, PerspectiveCamera, PointLight, Ramp, RampBy,
+        SeamlessTerrain, Separator, ShaderParameter, ShaderProgram, ShaderValue, SpotLight, Style, Texture2,
+        Texture2Transform, TextureUnit, Transform, VertexShader, VoidMode,
     };
     pub use crate::scene::{EditError, Image, NodeKey, Path, Pixels, Scene};
 }

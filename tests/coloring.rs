@@ -280,7 +280,7 @@ fn four_textures_are_mixed_by_their_shares() {
 /// A texture that is not there is an error that says which and what to do.
 #[test]
 fn a_missing_detail_texture_is_named() {
-    let scene = ground(|add| add(Box::new(DetailTextures::default())));
+    let scene = ground(|add| add(Box::<DetailTextures>::default()));
     let error = RenderAction::new(8, 8).apply(&scene).unwrap_err().to_string();
     assert!(error.contains("mask") && error.contains("unit 2") && error.contains("Texture2"), "{error}");
     // Who draws no picture does not look.

@@ -76,6 +76,12 @@ fn fog(b: &mut Build, fog_type: FogType) {
     b.add(Environment { fog_type, fog_color: Color::new(0.5, 0.6, 0.7), fog_visibility: 3.0, ..Default::default() });
 }
 
+/// Triangles that are larger than a pixel.
+fn coarse(b: &mut Build) {
+    let samples = (0..25u32).map(|i| (i * 7919 % 25) as u16 * 2000).collect();
+    b.add(Texture2::from_image(Image::new(5, 5, Pixels::Gray16(samples)).unwrap()));
+}
+
 /// A colour map whose west is white and whose east is red.
 fn halves(b: &mut Build) {
     let image = Image::new(2, 1, Pixels::Rgba8(vec![[255, 255, 255, 255], [255, 0, 0, 255]])).unwrap();
@@ -296,6 +302,36 @@ fn pairs() -> Vec<Pair> {
             without: |_| (),
             with: |b| b.terrain.color_mode = ColorMode::Parts,
             changes: always,
+        },
+        Pair {
+            effect: "color-by-normal",
+            brings: &[],
+            words: &["normal", "gradient", "linear_from_srgb"],
+            without: |_| (),
+            with: |b| b.terrain.color_mode = ColorMode::Normals,
+            changes: always,
+        },
+        Pair {
+            effect: "lines",
+            brings: &[],
+            words: &["edge", "shares", "discard"],
+            without: coarse,
+            with: |b| {
+                coarse(b);
+                b.add(DrawStyle { style: Style::Lines, ..Default::default() });
+            },
+            changes: may,
+        },
+        Pair {
+            effect: "lines-on-faces",
+            brings: &[],
+            words: &["edge", "shares", "mix(color, draw.lines"],
+            without: coarse,
+            with: |b| {
+                coarse(b);
+                b.add(DrawStyle { style: Style::FilledLines, ..Default::default() });
+            },
+            changes: may,
         },
         Pair {
             effect: "color-by-level",
@@ -522,4 +558,23 @@ fn what_is_transparent_is_mixed_from_back_to_front() {
     // White, then blue 1/4: (0.75, 0.75, 1); green 1/2: (0.375, 0.875, 0.5); red 3/4.
     let want = [0.75 + 0.25 * 0.375, 0.25 * 0.875, 0.25 * 0.5, 1.0];
     assert!(got.iter().zip(want).all(|(g, w)| (g - w).abs() < 2e-3), "{got:?} is not {want:?}");
+}
+
+/// Who asks where something is looks at heights alone: no colour image is decoded for a box or a pick, and no picture is needed.
+#[test]
+fn boxes_and_picks_look_at_no_colours() {
+    let scene = scene(|b| {
+        b.add(TextureUnit { unit: 1 });
+        // Whoever decodes it finds that it is not there.
+        b.add(Texture2 { filename: "no such colours.png".into(), ..Default::default() });
+        b.add(ColorRamp::default()).add(ContourLines::default()).add(DetailTextures::default());
+    });
+    assert!(BoundingBoxAction::default().apply(&scene).unwrap().is_some());
+    let down = Ray::new(DVec3::new(0.5, 0.5, 9.0), DVec3::NEG_Z).unwrap();
+    for surface in [Surface::Coarse, Surface::Exact] {
+        let action = RayPickAction { surface, ..RayPickAction::ray(down) };
+        assert_eq!(action.apply(&scene).unwrap().len(), 1);
+    }
+    let error = RenderAction::new(8, 8).apply(&scene).unwrap_err().to_string();
+    assert!(error.contains("no such colours.png"), "{error}");
 }

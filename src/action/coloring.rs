@@ -71,11 +71,11 @@ impl DrawContext<'_> {
                     Ok::<_, ShapeError>(ColorMap { wrap: [wrap; 2], ..map })
                 };
                 let texture = |k: u32| need(detail.first.saturating_add(k), Wrap::Repeat, "a detail texture");
-                Some(DetailMaps {
+                Some(Box::new(DetailMaps {
                     mask: need(detail.mask, Wrap::Clamp, "the mask of the detail textures")?,
                     textures: [texture(0)?, texture(1)?, texture(2)?, texture(3)?],
                     tiles: (cell.abs() / detail.size).as_vec2(),
-                })
+                }))
             }
         };
         let moved = terrain.color_map.as_ref().and_then(|_| state.texture_transform(state.program.color_unit));

@@ -7,7 +7,7 @@ use super::frame::{DebugColor, Draw, Effects, Frame, GeometryKind};
 use super::render::Render;
 use super::walk::{Visitor, walk};
 use super::{ActionError, Aspect, Cameras, LightSource, RenderAction, State, View};
-use crate::node::{FogType, RampBy, ShapeNode};
+use crate::node::{FogType, RampBy, ShapeNode, Style};
 use crate::scene::{Path, Scene};
 
 /// One line of the table of [`EFFECTS`].
@@ -94,6 +94,9 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "detail-textures",   |e| on(e.detail_textures), |s| by(&[Aspect::DetailTextures], s);
     "color-by-part",     |e| on(e.debug_color == DebugColor::Parts), by_shape;
     "color-by-level",    |e| on(e.debug_color == DebugColor::Levels), by_shape;
+    "color-by-normal",   |e| on(e.debug_color == DebugColor::Normals), by_shape;
+    "lines",             |e| on(e.style == Style::Lines),       |s| by(&[Aspect::DrawStyle], s);
+    "lines-on-faces",    |e| on(e.style == Style::FilledLines), |s| by(&[Aspect::DrawStyle], s);
 };
 
 /// What one draw of a scene costs by its effects, and which nodes asked for them.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Mat3, Mat4, Vec2, Vec3};
 
-use crate::node::{FogType, Ramp, RampBy, TextureFilter, Wrap};
+use crate::node::{FogType, Ramp, RampBy, Style, TextureFilter, Wrap};
 use crate::scene::Image;
 use crate::terrain::{HeightField, Instances, Parts};
 
@@ -84,6 +84,8 @@ pub struct Draw {
     pub towards_eye: Option<Vec3>,
     /// What colours a terrain beside material and colour map.
     pub coloring: Coloring,
+    /// The edges of triangles, where they are drawn.
+    pub lines: LineStyle,
     /// The air between eye and shape, where there is fog.
     pub fog: Fog,
     /// For transparent shapes: distance of the middle of their box from the eye, along the view. Others have 0.
@@ -105,6 +107,15 @@ pub struct SurfaceMaterial {
     pub shininess: f32,
     /// How much of what is behind is hidden, 0..1.
     pub opacity: f32,
+}
+
+/// How the edges of triangles are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LineStyle {
+    /// Colour on filled faces, linear.
+    pub color: Vec3,
+    /// Width in pixels.
+    pub width: f32,
 }
 
 /// Fog; [`Effects::fog`] says how it thickens.
@@ -215,7 +226,7 @@ pub struct Coloring {
     /// Lines of equal height.
     pub contours: Option<ContourStyle>,
     /// Four textures and their mask.
-    pub detail: Option<DetailMaps>,
+    pub detail: Option<Box<DetailMaps>>,
     /// Where the colour map is looked up, if not edge to edge: rows that take (column, row, 1) to texture coordinates, rows
     /// of the image running down.
     pub color_uv: Option<[Vec3; 2]>,
@@ -290,6 +301,8 @@ pub enum DebugColor {
     Parts,
     /// A colour per level of the patch tree.
     Levels,
+    /// The normal that shading uses, in world axes: red, green and blue are x, y and z, -1 black and 1 full.
+    Normals,
 }
 
 /// The kinds of shape that shaders differ by.
@@ -326,6 +339,8 @@ pub struct Effects {
     pub specular: bool,
     /// Whether a colour map multiplies the diffuse colour's place.
     pub color_map: bool,
+    /// Filled, or with edges. [`Style::Invisible`] is not drawn at all.
+    pub style: Style,
     /// Whether the colour map is moved, turned or scaled.
     pub color_map_transform: bool,
     /// Whether there are colours by height or slope, and by which of them.

@@ -28,7 +28,7 @@ pub use effects::{DrawEffects, EFFECTS, EffectInfo};
 pub use error::{ActionError, ShapeError};
 pub use frame::{
     Attenuation, ColorMap, Coloring, Cone, ContourStyle, DebugColor, DetailMaps, Draw, Effects, Fog, Frame, FrameLight,
-    Geometry, GeometryKind, Mesh, RampMap, Sky, Statistics, SurfaceMaterial, TerrainDraw, linear_color,
+    Geometry, GeometryKind, LineStyle, Mesh, RampMap, Sky, Statistics, SurfaceMaterial, TerrainDraw, linear_color,
     linear_from_srgb,
 };
 pub use ray::{Ray, RayError, intersect_triangle};

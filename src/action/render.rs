@@ -7,8 +7,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat4, DVec3, Mat3, Vec3};
 
 use super::frame::{
-    Coloring, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, Mesh, Sky, Statistics, SurfaceMaterial,
-    relative,
+    Coloring, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, Sky, Statistics,
+    SurfaceMaterial, relative,
 };
 use super::state::{cofactors, compose};
 use super::view::Kept;
@@ -17,7 +17,7 @@ use super::{
     ActionError, Cameras, DebugColor, Lens, LightSource, PlacedCamera, PlacedLight, ShapeContext, ShapeError, State,
     View, Viewpoint,
 };
-use crate::node::{Background, Color, FogType, LightingModel, ShapeNode, Triangle};
+use crate::node::{Background, Color, FogType, LightingModel, ShapeNode, Style, Triangle};
 use crate::scene::{Path, Scene};
 use crate::terrain::Frustum;
 
@@ -318,7 +318,8 @@ impl DrawContext<'_> {
     ) -> Result<(), ShapeError> {
         let state = self.shape.state;
         let plain = options.debug_color == DebugColor::Plain;
-        if state.material.transparency >= 1.0 && plain {
+        let style = &state.draw_style;
+        if state.material.transparency >= 1.0 && plain || style.style == Style::Invisible {
             return Ok(());
         }
         let coloring = match &geometry {
@@ -354,6 +355,7 @@ impl DrawContext<'_> {
             specular: material.specular != Vec3::ZERO,
             color_map: options.color_map,
             debug_color: options.debug_color,
+            style: style.style,
             color_map_transform: coloring.color_uv.is_some(),
             ramp: state.color_ramp.as_ref().filter(|_| coloring.ramp.is_some()).map(|ramp| ramp.by),
             contours: coloring.contours.is_some(),
@@ -394,6 +396,7 @@ impl DrawContext<'_> {
             towards_eye,
             fog: if effects.fog == FogType::None { Fog::default() } else { self.fog() },
             coloring,
+            lines: LineStyle { color: style.line_color.linear(), width: style.line_width },
             distance: 0.0,
         });
         Ok(())

@@ -8,7 +8,7 @@ use glam::{DAffine2, DAffine3, DMat3, DVec3, Vec3};
 
 use super::{ActionError, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
 use crate::node::{
-    Background, ColorRamp, Complexity, ContourLines, DetailTextures, Environment, LightModel, Material, Wrap,
+    Background, ColorRamp, Complexity, ContourLines, DetailTextures, DrawStyle, Environment, LightModel, Material, Wrap,
 };
 use crate::scene::{Image, NodeKey, Path, Scene};
 
@@ -35,6 +35,8 @@ pub struct State {
     pub environment: Environment,
     /// Whether light is looked at.
     pub light_model: LightModel,
+    /// How faces are drawn.
+    pub draw_style: DrawStyle,
     /// Colours by height or slope.
     pub color_ramp: Option<Arc<ColorRamp>>,
     /// Lines of equal height.
@@ -63,6 +65,7 @@ impl Default for State {
             camera: None,
             environment: Environment::default(),
             light_model: LightModel::default(),
+            draw_style: DrawStyle::default(),
             color_ramp: None,
             contour_lines: None,
             detail_textures: None,
@@ -113,14 +116,14 @@ impl State {
     /// Notes that a property has set an aspect of the state.
     pub fn credit(&mut self, aspect: Aspect, cx: &PropertyContext<'_>) {
         if let Some(slot) = self.credits.0.get_mut(aspect as usize) {
-            *slot = Some(cx.visit);
+            *slot = u32::try_from(cx.visit).unwrap_or(0);
         }
     }
 
     /// The node that set an aspect last; `None` if it has its default. See [`PropertyContext::visit`].
     #[must_use]
     pub fn credited(&self, aspect: Aspect) -> Option<u64> {
-        self.credits.0.get(aspect as usize).copied().flatten()
+        self.credits.0.get(aspect as usize).filter(|&&visit| visit > 0).map(|&visit| visit.into())
     }
 
     /// The texture on a unit.
@@ -227,15 +230,18 @@ pub enum Aspect {
     ContourLines,
     /// Four textures and their mask.
     DetailTextures,
+    /// How faces are drawn.
+    DrawStyle,
 }
 
 impl Aspect {
-    const COUNT: usize = Aspect::DetailTextures as usize + 1;
+    const COUNT: usize = Aspect::DrawStyle as usize + 1;
 }
 
-/// The last node that set each [`Aspect`].
+/// The last node that set each [`Aspect`]: the visit, 0 for none. A walk has fewer than 2³² visits
+/// ([`MAX_VISITS`](super::walk::MAX_VISITS)); small, since it is copied at every separator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Credits([Option<u64>; Aspect::COUNT]);
+pub struct Credits([u32; Aspect::COUNT]);
 
 /// Which texture unit carries what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

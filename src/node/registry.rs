@@ -30,6 +30,7 @@ const BUILT_IN: &[&NodeInfo] = &[
     super::Cube::INFO,
     super::DetailTextures::INFO,
     super::DirectionalLight::INFO,
+    super::DrawStyle::INFO,
     super::Environment::INFO,
     super::FragmentShader::INFO,
     super::Group::INFO,

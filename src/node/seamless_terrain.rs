@@ -25,9 +25,11 @@ pub enum ColorMode {
     Parts,
     /// A colour per level of the patch tree, unlit.
     Levels,
+    /// The normals that shading uses as colours: red, green and blue are world x, y and z, -1 black and 1 full.
+    Normals,
 }
 
-enum_field!(ColorMode: Plain | Parts | Levels);
+enum_field!(ColorMode: Plain | Parts | Levels | Normals);
 
 /// How the detail of a terrain is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -562,7 +564,7 @@ impl ShapeNode for SeamlessTerrain {
 
         let color_map = match self.color_mode {
             ColorMode::Plain => cx.color_map(cx.shape.state.program.color_unit)?,
-            ColorMode::Parts | ColorMode::Levels => None,
+            ColorMode::Parts | ColorMode::Levels | ColorMode::Normals => None,
         };
         let eye = inverse_of(&cx.shape.state.model).map_or(DVec3::ZERO, |i| i.transform_point3(cx.view.eye));
         let anchor = placed.anchor(eye);
@@ -582,6 +584,7 @@ impl ShapeNode for SeamlessTerrain {
                 ColorMode::Plain => DebugColor::Plain,
                 ColorMode::Parts => DebugColor::Parts,
                 ColorMode::Levels => DebugColor::Levels,
+                ColorMode::Normals => DebugColor::Normals,
             },
             lit: false,
         };

@@ -178,6 +178,7 @@ impl Pipelines {
         let instance = wgpu::vertex_attr_array![0 => Uint32x2, 1 => Uint32];
         let lit_corner = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3];
         let corner = wgpu::vertex_attr_array![0 => Float32x3];
+        let place = wgpu::vertex_attr_array![5 => Uint32];
         let buffer = if variant.terrain() {
             wgpu::VertexBufferLayout {
                 array_stride: size_of::<Instance>() as u64,
@@ -191,6 +192,15 @@ impl Pipelines {
                 attributes: if variant.effects.lit() { &lit_corner } else { &corner },
             }
         };
+        let mut buffers = vec![Some(buffer)];
+        if variant.edges() && variant.terrain() {
+            // The indices, one after the other.
+            buffers.push(Some(wgpu::VertexBufferLayout {
+                array_stride: size_of::<u32>() as u64,
+                step_mode: wgpu::VertexStepMode::Vertex,
+                attributes: &place,
+            }));
+        }
         let target = wgpu::ColorTargetState {
             format: self.format,
             blend: (pass == Pass::Blend).then_some(wgpu::BlendState::ALPHA_BLENDING),
@@ -204,7 +214,7 @@ impl Pipelines {
                     module,
                     entry_point: Some("vertex_main"),
                     compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    buffers: &[Some(buffer)],
+                    buffers: &buffers,
                 },
                 primitive: wgpu::PrimitiveState {
                     // Triangles are counter-clockwise seen from outside, in a picture whose y points up.

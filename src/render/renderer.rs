@@ -158,6 +158,8 @@ struct Job {
     uniform_size: u64,
     /// Where its uniforms lie, for tiles and for strips.
     uniforms: [u32; 2],
+    /// Whether corners are drawn one after the other instead of by index.
+    edges: bool,
     textures: Option<wgpu::BindGroup>,
     geometry: Ready,
 }
@@ -377,7 +379,7 @@ impl Renderer {
                 };
                 (Ready::Terrain { indices: indices.clone(), first }, factor)
             }
-            Geometry::Mesh(mesh) => (self.scratch.add_mesh(mesh), 1.0),
+            Geometry::Mesh(mesh) => (self.scratch.add_mesh(mesh, variant.edges()), 1.0),
         };
         let mut uniform_size = 0;
         let mut add = |color: Vec3| {
@@ -388,10 +390,19 @@ impl Renderer {
         };
         let uniforms = match draw.effects.debug_color {
             DebugColor::Parts => [TILE_COLOR, STRIP_COLOR].map(|color| add(uniforms::linear(color))),
-            DebugColor::Plain | DebugColor::Levels => [add(draw.material.diffuse); 2],
+            DebugColor::Plain | DebugColor::Levels | DebugColor::Normals => [add(draw.material.diffuse); 2],
         };
         let Pipeline { pipeline, depth_only, .. } = pipeline;
-        Ok(Job { draw: index, pipeline, depth_only, uniform_size, uniforms, textures, geometry })
+        Ok(Job {
+            draw: index,
+            pipeline,
+            depth_only,
+            uniform_size,
+            uniforms,
+            edges: variant.edges(),
+            textures,
+            geometry,
+        })
     }
 
     /// The bindings of the textures that a draw reads.
@@ -530,7 +541,11 @@ impl Renderer {
             (Ready::Terrain { indices, first }, Geometry::Terrain(terrain)) => {
                 let Some(instances) = self.instances.get() else { return 0 };
                 pass.set_vertex_buffer(0, instances.slice(..));
-                pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                if job.edges {
+                    pass.set_vertex_buffer(1, indices.slice(..));
+                } else {
+                    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                }
                 // Parts are numbered tiles first.
                 let tiles = 4 * terrain.parts.resolutions().count() as usize;
                 let mut bound = job.uniforms[0];
@@ -541,13 +556,22 @@ impl Renderer {
                         bound = wanted;
                     }
                     let triangles = terrain.parts.range(*part);
-                    pass.draw_indexed(
-                        triangles.start * 3..triangles.end * 3,
-                        0,
-                        first + range.start..first + range.end,
-                    );
+                    let corners = triangles.start * 3..triangles.end * 3;
+                    let instances = first + range.start..first + range.end;
+                    if job.edges {
+                        pass.draw(corners, instances);
+                    } else {
+                        pass.draw_indexed(corners, 0, instances);
+                    }
                 }
                 terrain.instances.ranges().len() as u32
+            }
+            (Ready::Mesh { base, count, .. }, _) if job.edges => {
+                let Some(corners) = self.corners.get() else { return 0 };
+                pass.set_vertex_buffer(0, corners.slice(..));
+                let base = base.unsigned_abs();
+                pass.draw(base..base + count, 0..1);
+                1
             }
             (Ready::Mesh { base, first, count }, _) => {
                 let (Some(corners), Some(indices)) = (self.corners.get(), self.corner_indices.get()) else { return 0 };
@@ -585,7 +609,18 @@ impl Scratch {
         (offset, size)
     }
 
-    fn add_mesh(&mut self, mesh: &Mesh) -> Ready {
+    /// With `edges` each triangle has corners of its own, the first of them at a multiple of three.
+    fn add_mesh(&mut self, mesh: &Mesh, edges: bool) -> Ready {
+        if edges {
+            self.corners.resize(self.corners.len().next_multiple_of(3), [Vec3::ZERO; 2]);
+            let base = self.corners.len() as i32;
+            let corner = |&c: &u32| {
+                let at = c as usize;
+                [mesh.positions.get(at), mesh.normals.get(at)].map(|v| v.copied().unwrap_or_default())
+            };
+            self.corners.extend(mesh.triangles.iter().flatten().map(corner));
+            return Ready::Mesh { base, first: 0, count: mesh.triangles.len() as u32 * 3 };
+        }
         let base = self.corners.len() as i32;
         let first = self.corner_indices.len() as u32;
         self.corners.extend(mesh.positions.iter().zip(&mesh.normals).map(|(&p, &n)| [p, n]));
@@ -627,7 +662,7 @@ fn index_buffer(gpu: Gpu<'_>, parts: &Parts, uploaded: &mut u64) -> Result<wgpu:
     let indices: Vec<u32> = corners.map(|&[u, v]| u32::from(u) | u32::from(v) << 10).collect();
     let bytes: &[u8] = bytemuck::cast_slice(&indices);
     *uploaded += bytes.len() as u64;
-    let mut buffer = GrowingBuffer::new("tiles and strips", wgpu::BufferUsages::INDEX);
+    let mut buffer = GrowingBuffer::new("tiles and strips", wgpu::BufferUsages::INDEX | wgpu::BufferUsages::VERTEX);
     buffer.write(gpu.device, gpu.queue, bytes)?;
     buffer.get().cloned().ok_or(RenderError::Effects("there are no parts"))
 }

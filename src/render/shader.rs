@@ -4,7 +4,7 @@ use wesl::{CompileOptions, Feature, Features, ManglerKind, ModulePath, VirtualRe
 
 use super::RenderError;
 use crate::action::{DebugColor, EFFECTS, Effects, GeometryKind};
-use crate::node::{FogType, RampBy};
+use crate::node::{FogType, RampBy, Style};
 
 /// All that shader text depends on: the effects that have a bearing, and the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -35,9 +35,15 @@ impl Variant {
         self.effects.geometry != GeometryKind::Mesh
     }
 
+    /// Whether fragments need to know how far the sides of their triangle are.
+    pub(super) fn edges(&self) -> bool {
+        matches!(self.effects.style, Style::Lines | Style::FilledLines)
+    }
+
     /// Whether fragments read the gradients of a map.
     pub(super) fn gradients(&self) -> bool {
-        self.terrain() && (self.effects.lit() || self.effects.ramp == Some(RampBy::Slope))
+        let e = &self.effects;
+        self.terrain() && (e.lit() || e.ramp == Some(RampBy::Slope) || e.debug_color == DebugColor::Normals)
     }
 
     /// Whether fragments need to know where they are.
@@ -61,7 +67,8 @@ impl Variant {
             ("lit", e.lit()),
             ("air", e.fog != FogType::None),
             ("position", self.position()),
-            ("normals", e.lit()),
+            ("normals", e.lit() || e.debug_color == DebugColor::Normals),
+            ("edges", self.edges()),
             ("gradients", self.gradients()),
             ("lattice", self.gradients() || e.color_map || e.detail_textures),
             ("relative_height", e.ramp == Some(RampBy::Height) || e.contours),
@@ -76,7 +83,13 @@ impl Variant {
 
 /// The WGSL of the sky for targets of this format.
 pub(super) fn sky_text(format: wgpu::TextureFormat) -> Result<String, RenderError> {
-    translate("sky", "", std::iter::once(("encode_srgb".to_owned(), encodes(format))))
+    translate(
+        "sky",
+        "",
+        [("encode_srgb", encodes(format)), ("color_by_normal", false)]
+            .into_iter()
+            .map(|(name, on)| (name.to_owned(), on)),
+    )
 }
 
 /// Puts a module and what it imports together. `counts` is the text of one more module, with numbers.
@@ -110,11 +123,12 @@ pub(super) fn encodes(format: wgpu::TextureFormat) -> bool {
     !format.is_srgb() && !floats
 }
 
-const MODULES: [(&str, &str); 13] = [
+const MODULES: [(&str, &str); 14] = [
     ("fog", include_str!("../../shaders/fog.wesl")),
     ("ramp", include_str!("../../shaders/ramp.wesl")),
     ("contours", include_str!("../../shaders/contours.wesl")),
     ("detail_textures", include_str!("../../shaders/detail_textures.wesl")),
+    ("edges", include_str!("../../shaders/edges.wesl")),
     ("sky", include_str!("../../shaders/sky.wesl")),
     ("main", include_str!("../../shaders/main.wesl")),
     ("draw", include_str!("../../shaders/draw.wesl")),

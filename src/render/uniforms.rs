@@ -74,7 +74,8 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
     }
     let e = &variant.effects;
     let levels = e.debug_color == DebugColor::Levels;
-    if e.lit() {
+    let normals = e.debug_color == DebugColor::Normals;
+    if e.lit() || normals {
         w.mat3(&draw.normal_from_rel);
     }
     if let Geometry::Terrain(terrain) = &draw.geometry {
@@ -112,7 +113,10 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
         w.vec4(Vec4::new(tiles.x, tiles.y, 0.0, 0.0));
     }
     let m = &draw.material;
-    if !levels {
+    if variant.edges() {
+        w.vec3(draw.lines.color, 0.5 * draw.lines.width);
+    }
+    if !levels && !normals {
         w.vec3(diffuse, m.opacity);
     }
     if e.ambient {
