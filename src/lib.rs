@@ -72,7 +72,7 @@ pub mod prelude {
     pub use crate::node::{
         AxisAngle, Background, BaseColor, Color, ColorMode, ColorRamp, Complexity, ContourLines, Cube, DetailMode,
         DetailTextures, DirectionalLight, DrawStyle, Environment, FogType, FragmentShader, Group, LightModel,
-        LightingModel, Material, Node, OrthographicCamera, PerspectiveCamera, PointLight, Ramp, RampBy,
+        LightingModel, Material, Node, NormalMap, OrthographicCamera, PerspectiveCamera, PointLight, Ramp, RampBy,
         SeamlessTerrain, Separator, ShaderParameter, ShaderProgram, ShaderValue, SpotLight, Style, Texture2,
         Texture2Transform, TextureUnit, Transform, VertexShader, VoidMode,
     };

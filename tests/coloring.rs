@@ -307,3 +307,36 @@ fn texture_quality_is_open_inventors_table() {
         assert_eq!(TextureFilter::of_quality(quality), want, "{quality}");
     }
 }
+
+/// Level ground with one normal all over is lit as a plane with that normal is.
+#[test]
+fn normal_maps_turn_the_light() {
+    let mut rng = Rng(6);
+    for _ in 0..12 {
+        let normal = DVec3::new(rng.range(-0.6, 0.6), rng.range(-0.6, 0.6), 1.0).normalize();
+        let texel = normal.to_array().map(|c| ((c * 0.5 + 0.5) * 255.0).round() as u8);
+        let stored = DVec3::from_array(texel.map(|c| f64::from(c) / 255.0 * 2.0 - 1.0)).normalize();
+        let direction = DVec3::new(rng.range(-0.5, 0.5), rng.range(-0.5, 0.5), -1.0);
+        let mut scene = Scene::new();
+        let root = scene.root();
+        scene
+            .add(root, PerspectiveCamera { orientation: AxisAngle::new(DVec3::X, 0.3), ..Default::default() })
+            .unwrap();
+        scene.add(root, DirectionalLight { direction, ..Default::default() }).unwrap();
+        scene
+            .add(root, Material { ambient_color: Color::BLACK, diffuse_color: Color::WHITE, ..Default::default() })
+            .unwrap();
+        let flat = Image::new(9, 9, Pixels::Gray16(vec![30_000; 81])).unwrap();
+        scene.add(root, Texture2::from_image(flat)).unwrap();
+        scene.add(root, TextureUnit { unit: 7 }).unwrap();
+        let [r, g, b] = texel;
+        scene.add(root, Texture2::from_image(Image::new(1, 1, Pixels::Rgba8(vec![[r, g, b, 255]])).unwrap())).unwrap();
+        scene.add(root, NormalMap { size: 0.3, ..Default::default() }).unwrap();
+        let size = Some(DVec2::new(2.0, 0.7));
+        scene.add(root, SeamlessTerrain { size, max_height: 0.5, ..Default::default() }).unwrap();
+        let picture = linear().draw(&RenderAction::new(32, 32).apply(&scene).unwrap());
+        let want = stored.dot(-direction.normalize()).max(0.0);
+        let got = f64::from(picture.at(16, 16)[0]);
+        assert!((got - want).abs() < 2e-3, "{got} is not {want} for {normal} under {direction}");
+    }
+}

@@ -296,6 +296,22 @@ fn pairs() -> Vec<Pair> {
             changes: |hit| Some(hit.uv.x > 0.5).filter(|_| (hit.uv.x - 0.5).abs() > 1e-3),
         },
         Pair {
+            effect: "normal-map",
+            brings: &[],
+            words: &["normal_map", "relief"],
+            without: sun,
+            with: |b| {
+                sun(b);
+                // Flat in the west, and turned east in the east.
+                let normals =
+                    Image::new(2, 1, Pixels::Rgba8(vec![[128, 128, 255, 255], [200, 128, 210, 255]])).unwrap();
+                b.add(TextureUnit { unit: 7 }).add(Texture2::from_image(normals));
+                b.add(NormalMap { size: 1.0, ..Default::default() });
+            },
+            // 128 is not quite 0, so the flat part may change by a trifle.
+            changes: |hit| (hit.uv.x > 0.501 && hit.smooth_normal.normalize().z > 0.5).then_some(true),
+        },
+        Pair {
             effect: "color-by-part",
             brings: &[],
             words: &[],

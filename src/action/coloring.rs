@@ -2,9 +2,9 @@
 
 use glam::{DAffine2, DAffine3, DMat2, DVec2, Vec3};
 
-use super::frame::{ColorMap, Coloring, ContourStyle, DetailMaps, RampMap, TerrainDraw};
+use super::frame::{ColorMap, Coloring, ContourStyle, DetailMaps, RampMap, Relief, TerrainDraw};
 use super::{DrawContext, ShapeError};
-use crate::node::{RampBy, Role, TextureFilter, Wrap};
+use crate::node::{LightingModel, RampBy, Role, TextureFilter, Wrap};
 
 impl DrawContext<'_> {
     /// The image on a texture unit as colours, filtered as the Complexity says; `None` if the unit is empty.
@@ -78,6 +78,19 @@ impl DrawContext<'_> {
                 }))
             }
         };
+        let lit = state.light_model.model == LightingModel::Phong && !state.lights.is_empty();
+        let relief = match state.normal_map.as_ref().filter(|_| lit && z_step != 0.0) {
+            None => None,
+            Some(normals) => {
+                let map = self.color_map(normals.unit)?;
+                let map = map.ok_or(ShapeError::NoTexture { unit: normals.unit, what: "the normal map" })?;
+                Some(Relief {
+                    map: ColorMap { wrap: [Wrap::Repeat; 2], ..map },
+                    tiles: (cell.abs() / normals.size).as_vec2(),
+                    raw_per_slope: (cell / z_step).as_vec2(),
+                })
+            }
+        };
         let moved = terrain.color_map.as_ref().and_then(|_| state.texture_transform(state.program.color_unit));
         let color_uv = moved.map(|(transform, _)| {
             // (column, row) to (s, t), t upwards; moved; and back to rows that run down.
@@ -87,7 +100,7 @@ impl DrawContext<'_> {
             let row = |k: usize| Vec3::new(map.x_axis[k] as f32, map.y_axis[k] as f32, map.translation[k] as f32);
             [row(0), row(1)]
         });
-        Ok(Coloring { ramp, contours, detail, color_uv })
+        Ok(Coloring { ramp, contours, detail, relief, color_uv })
     }
 
     /// The lowest and the highest local z of the shape.

@@ -92,6 +92,7 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "slope-ramp",        |e| on(e.ramp == Some(RampBy::Slope)),  |s| by(&[Aspect::ColorRamp], s);
     "contours",          |e| on(e.contours),       |s| by(&[Aspect::ContourLines], s);
     "detail-textures",   |e| on(e.detail_textures), |s| by(&[Aspect::DetailTextures], s);
+    "normal-map",        |e| on(e.normal_map),     |s| by(&[Aspect::NormalMap], s);
     "color-by-part",     |e| on(e.debug_color == DebugColor::Parts), by_shape;
     "color-by-level",    |e| on(e.debug_color == DebugColor::Levels), by_shape;
     "color-by-normal",   |e| on(e.debug_color == DebugColor::Normals), by_shape;

@@ -227,6 +227,8 @@ pub struct Coloring {
     pub contours: Option<ContourStyle>,
     /// Four textures and their mask.
     pub detail: Option<Box<DetailMaps>>,
+    /// Normals that roughen the light.
+    pub relief: Option<Relief>,
     /// Where the colour map is looked up, if not edge to edge: rows that take (column, row, 1) to texture coordinates, rows
     /// of the image running down.
     pub color_uv: Option<[Vec3; 2]>,
@@ -256,6 +258,17 @@ pub struct ContourStyle {
     pub width: f32,
     /// Colour, linear.
     pub color: Vec3,
+}
+
+/// Normals that roughen the light on a terrain.
+#[derive(Debug, Clone)]
+pub struct Relief {
+    /// The normals.
+    pub map: ColorMap,
+    /// How often they repeat per cell, along columns and rows.
+    pub tiles: Vec2,
+    /// Takes local slopes to raw gradients, along columns and rows.
+    pub raw_per_slope: Vec2,
 }
 
 /// Four textures that cover a terrain where a mask says.
@@ -339,6 +352,8 @@ pub struct Effects {
     pub specular: bool,
     /// Whether a colour map multiplies the diffuse colour's place.
     pub color_map: bool,
+    /// Whether an image of normals roughens the light.
+    pub normal_map: bool,
     /// Filled, or with edges. [`Style::Invisible`] is not drawn at all.
     pub style: Style,
     /// Whether the colour map is moved, turned or scaled.
@@ -379,6 +394,7 @@ impl Effects {
             color_map_transform: self.color_map_transform && self.color_map && plain,
             ramp: self.ramp.filter(|_| plain),
             contours: self.contours && plain,
+            normal_map: self.normal_map && lit,
             detail_textures: self.detail_textures && plain,
             transparency: self.transparency && plain,
             fog: if plain { self.fog } else { FogType::None },

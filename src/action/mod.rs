@@ -28,8 +28,8 @@ pub use effects::{DrawEffects, EFFECTS, EffectInfo};
 pub use error::{ActionError, ShapeError};
 pub use frame::{
     Attenuation, ColorMap, Coloring, Cone, ContourStyle, DebugColor, DetailMaps, Draw, Effects, Fog, Frame, FrameLight,
-    Geometry, GeometryKind, LineStyle, Mesh, RampMap, Sky, Statistics, SurfaceMaterial, TerrainDraw, linear_color,
-    linear_from_srgb,
+    Geometry, GeometryKind, LineStyle, Mesh, RampMap, Relief, Sky, Statistics, SurfaceMaterial, TerrainDraw,
+    linear_color, linear_from_srgb,
 };
 pub use ray::{Ray, RayError, intersect_triangle};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};

@@ -358,6 +358,7 @@ impl DrawContext<'_> {
             style: style.style,
             color_map_transform: coloring.color_uv.is_some(),
             ramp: state.color_ramp.as_ref().filter(|_| coloring.ramp.is_some()).map(|ramp| ramp.by),
+            normal_map: coloring.relief.is_some(),
             contours: coloring.contours.is_some(),
             detail_textures: coloring.detail.is_some(),
             ambient: material.ambient * ambient != Vec3::ZERO,

@@ -8,7 +8,8 @@ use glam::{DAffine2, DAffine3, DMat3, DVec3, Vec3};
 
 use super::{ActionError, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
 use crate::node::{
-    Background, ColorRamp, Complexity, ContourLines, DetailTextures, DrawStyle, Environment, LightModel, Material, Wrap,
+    Background, ColorRamp, Complexity, ContourLines, DetailTextures, DrawStyle, Environment, LightModel, Material,
+    NormalMap, Wrap,
 };
 use crate::scene::{Image, NodeKey, Path, Scene};
 
@@ -35,6 +36,8 @@ pub struct State {
     pub environment: Environment,
     /// Whether light is looked at.
     pub light_model: LightModel,
+    /// Normals that roughen the light.
+    pub normal_map: Option<Arc<NormalMap>>,
     /// How faces are drawn.
     pub draw_style: DrawStyle,
     /// Colours by height or slope.
@@ -65,6 +68,7 @@ impl Default for State {
             camera: None,
             environment: Environment::default(),
             light_model: LightModel::default(),
+            normal_map: None,
             draw_style: DrawStyle::default(),
             color_ramp: None,
             contour_lines: None,
@@ -232,10 +236,12 @@ pub enum Aspect {
     DetailTextures,
     /// How faces are drawn.
     DrawStyle,
+    /// Normals that roughen the light.
+    NormalMap,
 }
 
 impl Aspect {
-    const COUNT: usize = Aspect::DrawStyle as usize + 1;
+    const COUNT: usize = Aspect::NormalMap as usize + 1;
 }
 
 /// The last node that set each [`Aspect`]: the visit, 0 for none. A walk has fewer than 2³² visits

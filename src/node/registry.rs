@@ -36,6 +36,7 @@ const BUILT_IN: &[&NodeInfo] = &[
     super::Group::INFO,
     super::LightModel::INFO,
     super::Material::INFO,
+    super::NormalMap::INFO,
     super::OrthographicCamera::INFO,
     super::PerspectiveCamera::INFO,
     super::PointLight::INFO,

@@ -18,10 +18,12 @@ pub(super) enum Slot {
     DetailTexture2,
     DetailTexture3,
     DetailTextureSampler,
+    NormalMap,
+    NormalMapSampler,
 }
 
 impl Slot {
-    pub(super) const ALL: [Slot; 12] = [
+    pub(super) const ALL: [Slot; 14] = [
         Slot::Heights,
         Slot::Gradients,
         Slot::GradientSampler,
@@ -34,6 +36,8 @@ impl Slot {
         Slot::DetailTexture2,
         Slot::DetailTexture3,
         Slot::DetailTextureSampler,
+        Slot::NormalMap,
+        Slot::NormalMapSampler,
     ];
 
     pub(super) fn binding(self) -> u32 {
@@ -43,7 +47,11 @@ impl Slot {
     pub(super) fn is_sampler(self) -> bool {
         matches!(
             self,
-            Slot::GradientSampler | Slot::ColorMapSampler | Slot::DetailMaskSampler | Slot::DetailTextureSampler
+            Slot::GradientSampler
+                | Slot::ColorMapSampler
+                | Slot::DetailMaskSampler
+                | Slot::DetailTextureSampler
+                | Slot::NormalMapSampler
         )
     }
 
@@ -61,6 +69,7 @@ impl Slot {
             | Slot::DetailTexture2
             | Slot::DetailTexture3
             | Slot::DetailTextureSampler => e.detail_textures,
+            Slot::NormalMap | Slot::NormalMapSampler => e.normal_map,
         }
     }
 

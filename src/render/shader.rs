@@ -17,7 +17,7 @@ pub(super) struct Variant {
 impl Variant {
     pub(super) fn new(effects: &Effects, format: wgpu::TextureFormat) -> Result<Self, RenderError> {
         let e = effects;
-        let colors = e.color_map || e.ramp.is_some() || e.contours || e.detail_textures;
+        let colors = e.color_map || e.ramp.is_some() || e.contours || e.detail_textures || e.normal_map;
         if e.geometry == GeometryKind::Mesh && (colors || e.debug_color != DebugColor::Plain) {
             return Err(RenderError::Effects(
                 "maps, ramps and lines and colours for study are for terrains, not for meshes",
@@ -123,11 +123,12 @@ pub(super) fn encodes(format: wgpu::TextureFormat) -> bool {
     !format.is_srgb() && !floats
 }
 
-const MODULES: [(&str, &str); 14] = [
+const MODULES: [(&str, &str); 15] = [
     ("fog", include_str!("../../shaders/fog.wesl")),
     ("ramp", include_str!("../../shaders/ramp.wesl")),
     ("contours", include_str!("../../shaders/contours.wesl")),
     ("detail_textures", include_str!("../../shaders/detail_textures.wesl")),
+    ("normal_map", include_str!("../../shaders/normal_map.wesl")),
     ("edges", include_str!("../../shaders/edges.wesl")),
     ("sky", include_str!("../../shaders/sky.wesl")),
     ("main", include_str!("../../shaders/main.wesl")),

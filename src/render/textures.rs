@@ -71,7 +71,11 @@ struct ImageKey {
 
 impl ImageKey {
     fn new(map: &ColorMap, slot: Slot) -> Self {
-        Self { image: map.image.id(), mipmaps: map.filter.mipmaps, data: slot == Slot::DetailMask }
+        Self {
+            image: map.image.id(),
+            mipmaps: map.filter.mipmaps,
+            data: matches!(slot, Slot::DetailMask | Slot::NormalMap),
+        }
     }
 
     /// A number for each.
@@ -88,6 +92,7 @@ fn image_in(draw: &Draw, slot: Slot) -> Option<&ColorMap> {
         (Slot::ColorMap | Slot::ColorMapSampler, Geometry::Terrain(terrain)) => terrain.color_map.as_ref(),
         (Slot::DetailMask | Slot::DetailMaskSampler, _) => detail.map(|detail| &detail.mask),
         (Slot::DetailTexture0 | Slot::DetailTextureSampler, _) => texture(0),
+        (Slot::NormalMap | Slot::NormalMapSampler, _) => draw.coloring.relief.as_ref().map(|relief| &relief.map),
         (Slot::DetailTexture1, _) => texture(1),
         (Slot::DetailTexture2, _) => texture(2),
         (Slot::DetailTexture3, _) => texture(3),
@@ -126,7 +131,7 @@ impl Textures {
                 let key = SamplerKey { filter: SMOOTH, wrap: [Wrap::Clamp; 2] };
                 (0, Content::Sampler(self.sampler(gpu, key)?.clone()))
             }
-            Slot::ColorMapSampler | Slot::DetailMaskSampler | Slot::DetailTextureSampler => {
+            sampler if sampler.is_sampler() => {
                 let map = image()?;
                 let key = SamplerKey { filter: map.filter, wrap: map.wrap };
                 (key.bits(), Content::Sampler(self.sampler(gpu, key)?.clone()))

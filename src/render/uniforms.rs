@@ -113,6 +113,10 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
         w.vec4(Vec4::new(tiles.x, tiles.y, 0.0, 0.0));
     }
     let m = &draw.material;
+    if e.normal_map {
+        let (tiles, raw) = coloring.relief.as_ref().map_or((Vec2::ONE, Vec2::ZERO), |r| (r.tiles, r.raw_per_slope));
+        w.vec4(Vec4::new(tiles.x, tiles.y, raw.x, raw.y));
+    }
     if variant.edges() {
         w.vec3(draw.lines.color, 0.5 * draw.lines.width);
     }
