@@ -37,8 +37,8 @@ pub enum Ramp {
 
 enum_field!(Ramp: Hypsometric | Gray | Viridis | Heat | Signal);
 
-/// Most colours that a ramp has.
-pub(crate) const RAMP_STOPS: usize = 8;
+/// Most colours that a [`Ramp`] has.
+pub const RAMP_STOPS: usize = 8;
 
 impl Ramp {
     /// Colours with their places, 0..1, in rising order; between them linear light is mixed.

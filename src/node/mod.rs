@@ -43,9 +43,7 @@ use glam::{DVec2, DVec3};
 pub use background::Background;
 pub use base_color::BaseColor;
 pub use camera::{CameraFields, OrthographicCamera, PerspectiveCamera};
-#[cfg(feature = "render")]
-pub(crate) use color_ramp::RAMP_STOPS;
-pub use color_ramp::{ColorRamp, Ramp, RampBy};
+pub use color_ramp::{ColorRamp, RAMP_STOPS, Ramp, RampBy};
 pub use complexity::{Complexity, TextureFilter};
 pub use contour_lines::ContourLines;
 pub use cube::Cube;
