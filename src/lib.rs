@@ -73,14 +73,16 @@ pub mod prelude {
         PickedPoint, PrimitiveCountAction, Ray, RayPickAction, RenderAction, SearchAction, Surface, View,
     };
     pub use crate::node::{
-        Array, ArrayOrigin, Axis, AxisAngle, BaseColor, Binding, ClipPlane, Color, ColorMode, Complexity, Cone,
-        ConePart, Coordinate3, Cube, Cylinder, CylinderPart, DetailMode, DirectionalLight, FaceSet, FaceType,
-        FragmentShader, Group, IndexedFaceSet, IndexedTriangleStripSet, Info, Label, Length, LevelOfDetail, List, Lod,
-        Material, Matrix, MatrixTransform, MultipleCopy, Node, Normal, NormalBinding, OrthographicCamera,
-        PerspectiveCamera, PickStyle, PickStyleKind, Plane, PointLight, QuadMesh, Reset, ResetTransform, Rotation,
-        RotationXyz, Scale, SeamlessTerrain, Separator, ShaderParameter, ShaderProgram, ShaderValue, ShapeHints,
-        ShapeType, Sphere, Switch, Texture2, TextureCoordinate2, TextureUnit, Transform, TransformSeparator,
-        Translation, TriangleStripSet, Units, VertexOrdering, VertexProperty, VertexShader, VoidMode,
+        Array, ArrayOrigin, Axis, AxisAngle, Background, BaseColor, Binding, ClipPlane, Color, ColorMode, ColorRamp,
+        Complexity, Cone, ConePart, ContourLines, Coordinate3, Cube, Cylinder, CylinderPart, DetailMode,
+        DetailTextures, DirectionalLight, DrawStyle, Environment, FaceSet, FaceType, FogType, FragmentShader, Group,
+        IndexedFaceSet, IndexedTriangleStripSet, Info, Label, Length, LevelOfDetail, LightModel, LightingModel, List,
+        Lod, Material, Matrix, MatrixTransform, MultipleCopy, Node, Normal, NormalBinding, NormalMap,
+        OrthographicCamera, PerspectiveCamera, PickStyle, PickStyleKind, Plane, PointLight, QuadMesh, Ramp, RampBy,
+        Reset, ResetTransform, Rotation, RotationXyz, Scale, SeamlessTerrain, Separator, ShaderParameter,
+        ShaderProgram, ShaderValue, ShapeHints, ShapeType, Sphere, SpotLight, Style, Switch, Texture2,
+        Texture2Transform, TextureCoordinate2, TextureUnit, Transform, TransformSeparator, Translation,
+        TriangleStripSet, Units, VertexOrdering, VertexProperty, VertexShader, VoidMode,
     };
     pub use crate::scene::{EditError, Image, NodeKey, Path, Pixels, Scene};
 }

@@ -82,7 +82,7 @@ fn wrong_usage_has_exit_status_2() {
 #[test]
 fn help_names_all_commands() {
     let help = good(&["--help"]);
-    for command in ["render", "pick", "sight", "bbox", "check", "tree", "generate", "nodes"] {
+    for command in ["render", "pick", "sight", "bbox", "check", "effects", "tree", "generate", "nodes"] {
         assert!(help.contains(command), "{help}");
         assert!(good(&[command, "--help"]).contains("Usage"));
     }
@@ -162,6 +162,29 @@ fn tree_shows_names_sharing_and_values() {
         "Separator\n  Group \"g\" (in 2 places)\n    Cube depth: 3.0\n  Group \"g\" (again)\n"
     );
     assert!(good(&["tree", "scenes/walls.png"]).contains("SeamlessTerrain"));
+}
+
+/// Each draw with its effects, who asked for them, and what they take.
+#[test]
+fn effects_lists_draws_with_what_they_ask_for() {
+    let scene = "scenes/cubes.ron";
+    let text = good(&["effects", scene, "--size", "64x48"]);
+    assert!(
+        text.lines().any(|l| l.trim_start().starts_with("point-light×1") && l.ends_with("PointLight[3]")),
+        "{text}"
+    );
+    let rows: Vec<Value> = good(&["effects", scene, "--size", "64x48", "--json"])
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(rows.len(), 16);
+    for row in &rows {
+        let names: Vec<&str> = row["effects"].as_array().unwrap().iter().map(|e| e["name"].as_str().unwrap()).collect();
+        assert_eq!(names, ["directional-light×1", "point-light×1", "ambient"]);
+        assert_eq!(row["effects"][0]["asked_by"][0][1], "DirectionalLight[2]");
+        assert_eq!((row["shader"].as_u64(), row["texture_bytes"].as_u64()), (Some(0), Some(0)), "one shader for all");
+        assert!(row["shader_bytes"].as_u64() > Some(500) && row["uniform_bytes"].as_u64() > Some(100), "{row}");
+    }
 }
 
 #[test]

@@ -1076,8 +1076,8 @@ mod picture {
                 color_map: !levels,
                 debug_color: if levels { DebugColor::Levels } else { DebugColor::Plain },
                 ambient: true,
-                emissive: false,
                 morph,
+                ..Effects::default()
             };
             shader_text(&effects, wgpu::TextureFormat::Rgba8UnormSrgb).unwrap()
         };

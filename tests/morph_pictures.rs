@@ -292,3 +292,47 @@ fn off_it_costs_nothing() {
     // 16 bytes more of uniforms: the resolution.
     assert_eq!(sent_on - 32 * count_on, sent_off - 12 * count_off + 16);
 }
+
+/// Wires on faces, holes and heights that blend in one scene: lines are drawn on both kinds of triangle, and the surface below
+/// stays where it is.
+#[test]
+fn lines_on_faces_with_holes_that_morph_leave_the_surface_alone() {
+    let mut headless = Headless::new(None).unwrap_or_else(|error| panic!("{error}"));
+    let field = generate(129, 12).unwrap();
+    let void = |c: u32, r: u32| (40..60).contains(&c) && (30..50).contains(&r);
+    let raw = (0..90).flat_map(|r| (0..117).map(move |c| (c, r)));
+    let raw = raw.map(|(c, r)| if void(c, r) { 65_535 } else { field.raw(c, r).min(65_534.0) as u16 });
+    let map = Arc::new(Image::new(117, 90, Pixels::Gray16(raw.collect())).unwrap());
+    let frame = |style: Style| {
+        let mut scene = Scene::new();
+        let root = scene.root();
+        let camera = PerspectiveCamera { position: Some(DVec3::new(58.0, -60.0, 60.0)), ..Default::default() };
+        let camera = PerspectiveCamera { look_at: Some(DVec3::new(58.0, 60.0, 0.0)), ..camera };
+        scene.add(root, camera).unwrap();
+        scene.add(root, DrawStyle { style, line_color: Color::new(1.0, 0.0, 0.0), ..Default::default() }).unwrap();
+        scene.add(root, Texture2::from_image(Arc::clone(&map))).unwrap();
+        scene.add(root, SeamlessTerrain { voids: VoidMode::Hole, void_sample: Some(65_535.0), ..node() }).unwrap();
+        RenderAction::new(300, 200).apply(&scene).unwrap()
+    };
+    let (plain, lines) = (frame(Style::Filled), frame(Style::FilledLines));
+    assert_eq!(lines.draws.iter().map(|d| d.effects.geometry.is_loose()).collect::<Vec<_>>(), [false, true]);
+    assert!(lines.draws.iter().all(|d| d.effects.morph && d.effects.style == Style::FilledLines));
+    assert!(morph_weights(&lines.draws[0]).iter().any(|w| w.inside > 0.0 && w.inside < 1.0), "nothing blends");
+    // Both kinds of triangle together, then each alone.
+    for kept in [0..2, 0..1, 1..2] {
+        let [plain, lines] = [&plain, &lines].map(|frame| {
+            let mut frame = frame.clone();
+            frame.draws = frame.draws[kept.clone()].to_vec();
+            headless.draw(&frame).unwrap().rgba
+        });
+        let (mut surface, mut red) = (0, 0);
+        for (before, after) in plain.chunks_exact(4).zip(lines.chunks_exact(4)) {
+            // Where nothing was, nothing is; what a line covers goes from grey towards red.
+            assert_eq!(before[0] == 0, after[0] == 0, "{before:?} to {after:?}");
+            assert!(after[0] >= before[0] && after[1] <= before[1], "{before:?} to {after:?}");
+            surface += u32::from(before[0] > 0);
+            red += u32::from(after[0] > 220 && after[1] < 150);
+        }
+        assert!(surface > 200 && 20 * red > surface && red < surface, "{red} of {surface} pixels in {kept:?}");
+    }
+}

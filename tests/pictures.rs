@@ -435,17 +435,7 @@ fn depth_gives_distances() {
 }
 
 fn effects(geometry: GeometryKind) -> Effects {
-    Effects {
-        geometry,
-        directional_lights: 0,
-        point_lights: 0,
-        specular: false,
-        color_map: false,
-        debug_color: DebugColor::Plain,
-        ambient: false,
-        emissive: false,
-        morph: false,
-    }
+    Effects { geometry, ..Effects::default() }
 }
 
 /// What is not asked for is not in the shader; what is asked for is.

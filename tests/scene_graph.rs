@@ -189,7 +189,7 @@ fn picks_under_transforms_agree_with_brute_force() {
         seamount::node::PropertyNode::apply(
             property,
             &mut state,
-            &seamount::action::PropertyContext { scene: &scene, key: texture },
+            &seamount::action::PropertyContext { scene: &scene, key: texture, visit: 1 },
         );
         let cx = ShapeContext::new(&scene, &state, &path);
         let mut triangles = Vec::new();

@@ -89,4 +89,12 @@ impl<'s> Cameras<'s> {
             Err(error) => Err(error),
         }
     }
+
+    /// How far there is anything to see: up to the far plane or, without one, to the far end of the scene, along the view.
+    pub(super) fn furthest(&self, view: &Viewpoint) -> f64 {
+        let scene = || self.bounds().ok().flatten();
+        let corner =
+            || scene().map(|b| b.corners().map(|c| (c - view.eye).dot(view.forward)).into_iter().fold(0.0, f64::max));
+        view.far.or_else(corner).unwrap_or(0.0)
+    }
 }

@@ -29,6 +29,17 @@ pub enum ShapeError {
         /// The unit that should carry heights.
         unit: u32,
     },
+    /// A texture unit that is asked for is empty.
+    #[error(
+        "{what} is to be on texture unit {unit}, but there is nothing: put `TextureUnit(unit: {unit})` and \
+         `Texture2(filename: \"…\")` before the shape"
+    )]
+    NoTexture {
+        /// The unit.
+        unit: u32,
+        /// What it should carry.
+        what: &'static str,
+    },
     /// The camera that a shape takes its detail from can not be had.
     #[error("lod_camera: {0}")]
     LodCamera(Box<ActionError>),

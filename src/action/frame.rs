@@ -5,9 +5,9 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Mat3, Mat4, Vec3};
+use glam::{DVec3, Mat3, Mat4, Vec2, Vec3};
 
-use crate::node::TextureFilter;
+use crate::node::{FogType, Ramp, RampBy, Style, TextureFilter, Wrap};
 use crate::scene::Image;
 use crate::terrain::{HeightField, Instances, Parts, Samples};
 
@@ -18,10 +18,25 @@ pub struct Frame {
     pub size: [u32; 2],
     /// Colour where nothing is drawn, linear light, 0..1.
     pub background: Vec3,
-    /// What to draw, in the order of the walk.
+    /// The sky, instead of the background.
+    pub sky: Option<Sky>,
+    /// What to draw: in the order of the walk, but what is transparent after all else and the furthest of it first.
     pub draws: Vec<Draw>,
     /// What the walk counted.
     pub statistics: Statistics,
+}
+
+/// A sky behind everything: its colour goes from the horizon up to the zenith with the sine of the elevation, and is that of
+/// the horizon below it. World z points up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sky {
+    /// Colour at and below the horizon, linear.
+    pub horizon: Vec3,
+    /// Colour straight above, linear.
+    pub zenith: Vec3,
+    /// Direction of the ray through the middle of the picture, and what is added to it from there to the right and to the
+    /// upper border, in world axes.
+    pub rays: [Vec3; 3],
 }
 
 /// Counts of one walk over the scene.
@@ -67,6 +82,14 @@ pub struct Draw {
     pub ambient: Vec3,
     /// Unit vector towards the eye for orthographic cameras, where it is the same everywhere; `None` for perspective.
     pub towards_eye: Option<Vec3>,
+    /// What colours a terrain beside material and colour map.
+    pub coloring: Coloring,
+    /// The edges of triangles, where they are drawn.
+    pub lines: LineStyle,
+    /// The air between eye and shape, where there is fog.
+    pub fog: Fog,
+    /// For transparent shapes: distance of the middle of their box from the eye, along the view. Others have 0.
+    pub distance: f64,
 }
 
 /// The material of a surface in linear light.
@@ -82,6 +105,26 @@ pub struct SurfaceMaterial {
     pub emissive: Vec3,
     /// Open Inventor's shininess, 0..1; the exponent of the highlight is 128 times that.
     pub shininess: f32,
+    /// How much of what is behind is hidden, 0..1.
+    pub opacity: f32,
+}
+
+/// How the edges of triangles are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LineStyle {
+    /// Colour on filled faces, linear.
+    pub color: Vec3,
+    /// Width in pixels.
+    pub width: f32,
+}
+
+/// Fog; [`Effects::fog`] says how it thickens.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Fog {
+    /// Colour, linear.
+    pub color: Vec3,
+    /// Multiplies the distance: `Haze` leaves 1 − x of the surface, `Fog` e^−x, `Smoke` e^−x².
+    pub rate: f32,
 }
 
 /// A light in eye-relative world axes, linear.
@@ -100,7 +143,49 @@ pub enum FrameLight {
         position: Vec3,
         /// Colour times intensity.
         color: Vec3,
+        /// How it weakens with distance.
+        attenuation: Attenuation,
     },
+    /// Light from a point into a cone.
+    Spot {
+        /// Position relative to the eye.
+        position: Vec3,
+        /// Colour times intensity.
+        color: Vec3,
+        /// How it weakens with distance.
+        attenuation: Attenuation,
+        /// Unit vector along the axis, away from the light.
+        direction: Vec3,
+        /// Its shape.
+        cone: Cone,
+    },
+}
+
+/// How light weakens with the distance d from its source, in world units: it is divided by
+/// `constant + linear · d + quadratic · d²`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Attenuation {
+    /// Multiplies the square of the distance.
+    pub quadratic: f32,
+    /// Multiplies the distance.
+    pub linear: f32,
+    /// Does not depend on the distance.
+    pub constant: f32,
+}
+
+impl Attenuation {
+    /// As strong far away as near.
+    pub const NONE: Self = Self { quadratic: 0.0, linear: 0.0, constant: 1.0 };
+}
+
+/// The cone of a spot light. Inside of it light that leaves at an angle a to the axis is multiplied by cos(a)^exponent,
+/// outside there is none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cone {
+    /// Cosine of the angle between the axis and the edge of the cone.
+    pub cos_cut_off: f32,
+    /// Exponent of the drop-off, 0..128; 0 is the same everywhere in the cone.
+    pub exponent: f32,
 }
 
 /// The shapes that a renderer knows how to draw.
@@ -133,6 +218,70 @@ pub struct TerrainDraw {
     pub branching: u32,
 }
 
+/// What colours a terrain beside material and colour map.
+#[derive(Debug, Clone, Default)]
+pub struct Coloring {
+    /// Colours by height or slope.
+    pub ramp: Option<RampMap>,
+    /// Lines of equal height.
+    pub contours: Option<ContourStyle>,
+    /// Four textures and their mask.
+    pub detail: Option<Box<DetailMaps>>,
+    /// Normals that roughen the light.
+    pub relief: Option<Relief>,
+    /// Where the colour map is looked up, if not edge to edge: rows that take (column, row, 1) to texture coordinates, rows
+    /// of the image running down.
+    pub color_uv: Option<[Vec3; 2]>,
+}
+
+/// A ramp and what it is looked up by: its place is `scale · value + offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RampMap {
+    /// The colours.
+    pub ramp: Ramp,
+    /// Multiplies the height relative to the anchor in raw units, or the slope in radians.
+    pub scale: f32,
+    /// Is added.
+    pub offset: f32,
+    /// Takes raw gradients, per cell along columns and rows, to slopes.
+    pub slope: Vec2,
+}
+
+/// Lines of equal height: where `scale · height + offset` is a whole number; the height relative to the anchor in raw units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContourStyle {
+    /// Multiplies the height.
+    pub scale: f32,
+    /// Is added.
+    pub offset: f32,
+    /// Width in pixels.
+    pub width: f32,
+    /// Colour, linear.
+    pub color: Vec3,
+}
+
+/// Normals that roughen the light on a terrain.
+#[derive(Debug, Clone)]
+pub struct Relief {
+    /// The normals.
+    pub map: ColorMap,
+    /// How often they repeat per cell, along columns and rows.
+    pub tiles: Vec2,
+    /// Takes local slopes to raw gradients, along columns and rows.
+    pub raw_per_slope: Vec2,
+}
+
+/// Four textures that cover a terrain where a mask says.
+#[derive(Debug, Clone)]
+pub struct DetailMaps {
+    /// Shares of the textures in red, green, blue and alpha; on the whole extent, first row north.
+    pub mask: ColorMap,
+    /// The textures.
+    pub textures: [ColorMap; 4],
+    /// How often they repeat per cell, along columns and rows.
+    pub tiles: Vec2,
+}
+
 /// An image that colours a surface, and how it is sampled.
 #[derive(Debug, Clone)]
 pub struct ColorMap {
@@ -140,6 +289,8 @@ pub struct ColorMap {
     pub image: Arc<Image>,
     /// The filters, from the Complexity node's texture quality.
     pub filter: TextureFilter,
+    /// What is beyond its border.
+    pub wrap: [Wrap; 2],
 }
 
 /// Triangles with normals, in local coordinates.
@@ -163,10 +314,12 @@ pub enum DebugColor {
     Parts,
     /// A colour per level of the patch tree.
     Levels,
+    /// The normal that shading uses, in world axes: red, green and blue are x, y and z, -1 black and 1 full.
+    Normals,
 }
 
 /// The kinds of shape that shaders differ by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum GeometryKind {
     /// Terrain with 16-bit integer heights.
     TerrainU16,
@@ -178,6 +331,7 @@ pub enum GeometryKind {
     /// Loose triangles of a terrain with heights as floats.
     LooseF32,
     /// Triangle mesh.
+    #[default]
     Mesh,
 }
 
@@ -201,8 +355,8 @@ impl GeometryKind {
 }
 
 /// The set of effects of one draw: all that shader text, bindings and vertex data depend on. What is not in here is not
-/// in any of them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// in any of them. [`EFFECTS`](super::EFFECTS) lists them with their names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Effects {
     /// Which vertex stage.
     pub geometry: GeometryKind,
@@ -210,10 +364,30 @@ pub struct Effects {
     pub directional_lights: u8,
     /// Number of point lights.
     pub point_lights: u8,
+    /// Number of spot lights.
+    pub spot_lights: u8,
+    /// Whether the light of a point or spot light changes with distance.
+    pub attenuation: bool,
+    /// Whether the air hides what is far.
+    pub fog: FogType,
+    /// Whether what is behind shows through.
+    pub transparency: bool,
     /// Whether any light makes highlights (specular colour not black).
     pub specular: bool,
     /// Whether a colour map multiplies the diffuse colour's place.
     pub color_map: bool,
+    /// Whether an image of normals roughens the light.
+    pub normal_map: bool,
+    /// Filled, or with edges. [`Style::Invisible`] is not drawn at all.
+    pub style: Style,
+    /// Whether the colour map is moved, turned or scaled.
+    pub color_map_transform: bool,
+    /// Whether there are colours by height or slope, and by which of them.
+    pub ramp: Option<RampBy>,
+    /// Whether there are lines of equal height.
+    pub contours: bool,
+    /// Whether four textures cover the ground by a mask.
+    pub detail_textures: bool,
     /// Colours for study; replace colour map and diffuse colour.
     pub debug_color: DebugColor,
     /// Whether ambient light reaches the surface.
@@ -228,37 +402,44 @@ impl Effects {
     /// Whether any light is on.
     #[must_use]
     pub fn lit(&self) -> bool {
-        self.directional_lights > 0 || self.point_lights > 0
+        self.directional_lights > 0 || self.point_lights > 0 || self.spot_lights > 0
     }
 
-    /// Names of the effects in use, for people and reports.
+    /// The same picture with the least that makes it: what has no bearing beside the other effects is left out, so that draws
+    /// that look the same share a shader. Without a light there is nothing to reflect, and colours for study are instead of others.
+    #[must_use]
+    pub fn reduced(self) -> Self {
+        let lit = self.lit();
+        let plain = self.debug_color == DebugColor::Plain;
+        Self {
+            attenuation: self.attenuation && (self.point_lights > 0 || self.spot_lights > 0),
+            ambient: self.ambient && lit,
+            specular: self.specular && lit,
+            emissive: self.emissive && lit,
+            color_map: self.color_map && plain,
+            color_map_transform: self.color_map_transform && self.color_map && plain,
+            ramp: self.ramp.filter(|_| plain),
+            contours: self.contours && plain,
+            normal_map: self.normal_map && lit,
+            detail_textures: self.detail_textures && plain,
+            transparency: self.transparency && plain,
+            fog: if plain { self.fog } else { FogType::None },
+            ..self
+        }
+    }
+
+    /// Names of the effects in use, for people and reports: the kind of shape, then [`EFFECTS`](super::EFFECTS) in order.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
-        let mut names = vec![match self.geometry {
-            GeometryKind::TerrainU16 => "terrain-u16".to_owned(),
-            GeometryKind::TerrainF32 => "terrain-f32".to_owned(),
-            GeometryKind::LooseU16 => "loose-terrain-u16".to_owned(),
-            GeometryKind::LooseF32 => "loose-terrain-f32".to_owned(),
-            GeometryKind::Mesh => "mesh".to_owned(),
-        }];
-        let mut count = |n: u8, name: &str| {
-            if n > 0 {
-                names.push(format!("{name}×{n}"));
-            }
+        let kind = match self.geometry {
+            GeometryKind::TerrainU16 => "terrain-u16",
+            GeometryKind::TerrainF32 => "terrain-f32",
+            GeometryKind::LooseU16 => "loose-terrain-u16",
+            GeometryKind::LooseF32 => "loose-terrain-f32",
+            GeometryKind::Mesh => "mesh",
         };
-        count(self.directional_lights, "directional-light");
-        count(self.point_lights, "point-light");
-        let flags = [
-            (self.ambient, "ambient"),
-            (self.specular, "specular"),
-            (self.emissive, "emissive"),
-            (self.morph, "morph"),
-            (self.color_map, "color-map"),
-            (self.debug_color == DebugColor::Parts, "color-by-part"),
-            (self.debug_color == DebugColor::Levels, "color-by-level"),
-        ];
-        names.extend(flags.into_iter().filter(|(on, _)| *on).map(|(_, name)| name.to_owned()));
-        names
+        let used = super::EFFECTS.iter().filter(|effect| effect.is_on(self));
+        std::iter::once(kind.to_owned()).chain(used.map(|effect| effect.name_in(self))).collect()
     }
 }
 

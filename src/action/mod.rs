@@ -9,6 +9,8 @@ mod bvh;
 mod callback;
 mod camera;
 mod cameras;
+mod coloring;
+mod effects;
 mod error;
 mod frame;
 mod ground;
@@ -31,10 +33,12 @@ pub use callback::{CallbackAction, PrimitiveCount, PrimitiveCountAction, Visit};
 pub(crate) use camera::unit;
 pub use camera::{CameraError, PlacedCamera};
 pub use cameras::Cameras;
+pub use effects::{DrawEffects, EFFECTS, EffectInfo};
 pub use error::{ActionError, ShapeError};
 pub use frame::{
-    ColorMap, DebugColor, Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh, Statistics, SurfaceMaterial,
-    TerrainDraw, linear_color, linear_from_srgb,
+    Attenuation, ColorMap, Coloring, Cone, ContourStyle, DebugColor, DetailMaps, Draw, Effects, Fog, Frame, FrameLight,
+    Geometry, GeometryKind, LineStyle, Mesh, RampMap, Relief, Sky, Statistics, SurfaceMaterial, TerrainDraw,
+    linear_color, linear_from_srgb,
 };
 pub use ground::GroundPoint;
 pub(crate) use index::{Index, IndexCache};
@@ -45,8 +49,8 @@ pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
 pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::{Interest, SearchAction};
 pub use state::{
-    Branches, Extensions, GroupContext, PlacedLight, PlacedPlane, Program, PropertyContext, ShapeContext, State,
-    TextureBinding, TextureSource,
+    Aspect, Branches, Credits, Extensions, GroupContext, LightSource, PlacedLight, PlacedPlane, Program,
+    PropertyContext, ShapeContext, State, TextureBinding, TextureSource,
 };
 pub(crate) use state::{inverse, normal_matrix};
 pub use view::{View, ViewStatistics};

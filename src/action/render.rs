@@ -6,21 +6,19 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat4, DVec3, Mat3, Vec3};
 
 use super::frame::{
-    Draw, Effects, Frame, FrameLight, Geometry, GeometryKind, Mesh, Statistics, SurfaceMaterial, relative,
+    Coloring, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, Sky, Statistics,
+    SurfaceMaterial, relative,
 };
 use super::state::{cofactors, compose};
 use super::view::Kept;
 use super::walk::{Go, Visitor, walk};
 use super::{
-    ActionError, Branches, Cameras, DebugColor, Lens, PlacedCamera, PlacedLight, ShapeContext, ShapeError, State, View,
-    Viewpoint,
+    ActionError, Branches, Cameras, DebugColor, Lens, LightSource, PlacedCamera, PlacedLight, ShapeContext, ShapeError,
+    State, View, Viewpoint,
 };
-use crate::node::{Color, ShapeNode, Triangle};
+use crate::node::{Background, Color, FogType, LightingModel, ShapeNode, Style, Triangle};
 use crate::scene::{Path, Scene};
 use crate::terrain::Frustum;
-
-/// Ambient light where there is any other light: Open Inventor's default Environment, white of intensity 0.2.
-const AMBIENT: f32 = 0.2;
 
 /// Makes the [`Frame`] of a picture. Uses no GPU.
 ///
@@ -43,7 +41,7 @@ pub struct RenderAction {
     pub size: [u32; 2],
     /// Name of the camera; the first one if not given.
     pub camera: Option<String>,
-    /// Colour where nothing is drawn.
+    /// Colour where nothing is drawn, if the scene has no `Background`.
     pub background: Color,
 }
 
@@ -87,11 +85,7 @@ impl RenderAction {
             let viewpoint = cameras.viewpoint(self.camera.as_deref())?;
             view.begin();
             let branches = Branches::Seen(Some(&viewpoint));
-            walk(scene, branches, &mut Render { scene, viewpoint, cameras: &cameras, size: self.size, view })?;
-            let Frame { size, background, draws, statistics } = &mut view.frame;
-            (*size, *background) = (self.size, self.background.linear());
-            statistics.draw_calls = draws.iter().map(Draw::calls).sum();
-            statistics.triangles = draws.iter().map(Draw::triangles).sum();
+            walk(scene, branches, &mut Render::new(self, scene, viewpoint, &cameras, view))?;
             view.end(self, scene);
         }
         Ok(&view.frame)
@@ -103,10 +97,10 @@ impl Draw {
         self.clip_from_rel.is_finite() && self.eye_from_rel.is_finite() && self.normal_from_rel.is_finite()
     }
 
-    /// Draw calls that it takes.
+    /// Draw calls that it takes: what is transparent is drawn twice, first into depth alone.
     #[must_use]
     pub fn calls(&self) -> u32 {
-        match &self.geometry {
+        let once = match &self.geometry {
             Geometry::Terrain(terrain) if self.effects.geometry.is_loose() => {
                 // Coloured by part, tiles and strips are two calls.
                 let ranges = terrain.instances.loose_ranges().into_iter().filter(|range| !range.is_empty());
@@ -115,7 +109,13 @@ impl Draw {
             }
             Geometry::Terrain(terrain) => terrain.instances.ranges().len() as u32,
             Geometry::Mesh(_) => 1,
-        }
+        };
+        once * (1 + u32::from(self.effects.transparency))
+    }
+
+    /// Where it comes among the draws of a frame, the smallest first.
+    pub(super) fn order(&self) -> (bool, f64) {
+        (self.effects.transparency, -self.distance)
     }
 
     /// Triangles that it draws.
@@ -180,15 +180,58 @@ pub(super) fn find_camera(scene: &Scene, name: Option<&str>) -> Result<Arc<Place
     })
 }
 
-struct Render<'s> {
+/// The sky as a camera sees it. Parallel rays all see the same place.
+fn place_sky(background: &Background, view: &Viewpoint) -> Option<Sky> {
+    let zenith = background.zenith?;
+    let across = match view.lens {
+        Lens::Perspective { tan_half_height: t } => [view.right * (t * view.aspect), view.up * t],
+        Lens::Orthographic { .. } => [DVec3::ZERO; 2],
+    };
+    let rays = [view.forward, across[0], across[1]].map(DVec3::as_vec3);
+    Some(Sky { horizon: background.color.linear(), zenith: zenith.linear(), rays })
+}
+
+/// Gathers the draws of a scene in a View.
+pub(super) struct Render<'s> {
     scene: &'s Scene,
     viewpoint: Viewpoint,
     cameras: &'s Cameras<'s>,
     size: [u32; 2],
     view: &'s mut View,
+    background: Option<Arc<Background>>,
+}
+
+impl<'s> Render<'s> {
+    pub(super) fn new(
+        action: &RenderAction,
+        scene: &'s Scene,
+        viewpoint: Viewpoint,
+        cameras: &'s Cameras<'s>,
+        view: &'s mut View,
+    ) -> Self {
+        view.frame.background = action.background.linear();
+        view.frame.sky = None;
+        Self { scene, viewpoint, cameras, size: action.size, view, background: None }
+    }
+
+    /// What was gathered so far.
+    pub(super) fn draws(&self) -> &[Draw] {
+        &self.view.frame.draws
+    }
 }
 
 impl Visitor for Render<'_> {
+    /// The first background is the one, as with cameras.
+    fn leave(&mut self, _: &Path, state: &State) -> Result<Go, ActionError> {
+        if let (Some(background), None) = (&state.background, &self.background) {
+            let frame = &mut self.view.frame;
+            frame.background = background.color.linear();
+            frame.sky = place_sky(background, &self.viewpoint);
+            self.background = Some(Arc::clone(background));
+        }
+        Ok(Go::On)
+    }
+
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
         // A camera acts on what follows it.
         if state.camera.is_some() {
@@ -212,6 +255,13 @@ impl Visitor for Render<'_> {
             let kept = cx.kept;
             self.view.keep(kept);
             drawn.map_err(|e| shape_cx.error(e))?;
+            let drawn = self.view.frame.draws.get_mut(first..).unwrap_or_default();
+            if drawn.iter().any(|draw| draw.effects.transparency) {
+                let middle = shape.bounds(&shape_cx).map_err(|e| shape_cx.error(e))?;
+                let middle = middle.map_or(DVec3::ZERO, |aabb| (aabb.min + aabb.max) * 0.5);
+                let to_middle = state.model.transform_point3(middle) - self.viewpoint.eye;
+                drawn.iter_mut().for_each(|draw| draw.distance = to_middle.dot(self.viewpoint.forward));
+            }
             // In f64 there is room for more than a GPU can be told.
             if !self.view.frame.draws.iter().skip(first).all(Draw::is_finite) {
                 return Err(shape_cx.error(ShapeError::BeyondFloats));
@@ -267,17 +317,34 @@ impl DrawContext<'_> {
     /// Adds a draw. `local_from_rel` takes the coordinates that the geometry is given in to local ones; its products with
     /// model and view are made in f64 and rounded once. The anchor's translation should be small against the eye's
     /// distance; see [`TerrainDraw::anchor`](super::TerrainDraw::anchor).
-    pub fn draw(&mut self, geometry: Geometry, local_from_rel: &DAffine3, options: DrawOptions) {
+    ///
+    /// # Errors
+    ///
+    /// When an image that the State asks for can not be had.
+    pub fn draw(
+        &mut self,
+        geometry: Geometry,
+        local_from_rel: &DAffine3,
+        options: DrawOptions,
+    ) -> Result<(), ShapeError> {
         let state = self.shape.state;
+        let plain = options.debug_color == DebugColor::Plain;
+        let style = &state.draw_style;
+        if state.material.transparency >= 1.0 && plain || style.style == Style::Invisible {
+            return Ok(());
+        }
+        let coloring = match &geometry {
+            Geometry::Terrain(terrain) if plain => self.coloring(terrain, local_from_rel)?,
+            _ => Coloring::default(),
+        };
         let eye_from_rel = compose(&self.eye_from_local(), local_from_rel);
-        let unlit = options.debug_color != DebugColor::Plain && !options.lit;
+        let unlit = state.light_model.model == LightingModel::BaseColor || !plain && !options.lit;
         let lights: Arc<[FrameLight]> = if unlit {
             Arc::default()
         } else {
             state.lights.iter().map(|light| place_light(light, self.view.eye)).collect()
         };
         let count = |f: fn(&FrameLight) -> bool| lights.iter().filter(|l| f(l)).count().min(255) as u8;
-        let lit = !lights.is_empty();
         let m = &state.material;
         let material = SurfaceMaterial {
             ambient: m.ambient_color.linear(),
@@ -285,18 +352,31 @@ impl DrawContext<'_> {
             specular: m.specular_color.linear(),
             emissive: m.emissive_color.linear(),
             shininess: m.shininess,
+            opacity: 1.0 - m.transparency,
         };
+        let ambient = state.environment.ambient();
         let effects = Effects {
             geometry: options.kind,
             directional_lights: count(|l| matches!(l, FrameLight::Directional { .. })),
             point_lights: count(|l| matches!(l, FrameLight::Point { .. })),
-            specular: lit && material.specular != Vec3::ZERO,
+            spot_lights: count(|l| matches!(l, FrameLight::Spot { .. })),
+            attenuation: state.lights.iter().any(|light| light.source.attenuates()),
+            fog: state.environment.fog_type,
+            transparency: m.transparency > 0.0,
+            specular: material.specular != Vec3::ZERO,
             color_map: options.color_map,
             debug_color: options.debug_color,
-            ambient: lit && material.ambient != Vec3::ZERO,
-            emissive: lit && material.emissive != Vec3::ZERO,
+            style: style.style,
+            color_map_transform: coloring.color_uv.is_some(),
+            ramp: state.color_ramp.as_ref().filter(|_| coloring.ramp.is_some()).map(|ramp| ramp.by),
+            normal_map: coloring.relief.is_some(),
+            contours: coloring.contours.is_some(),
+            detail_textures: coloring.detail.is_some(),
+            ambient: material.ambient * ambient != Vec3::ZERO,
+            emissive: material.emissive != Vec3::ZERO,
             morph: options.morph,
-        };
+        }
+        .reduced();
         // A mesh has an outside, which no map turns in. A terrain has an upper side, which local z points from: its
         // triangles are counter-clockwise seen from there, whether heights run up, down or not at all; in (u, v, w) they
         // look clockwise, since rows run south.
@@ -325,9 +405,31 @@ impl DrawContext<'_> {
             mirrored,
             material,
             lights,
-            ambient: if lit { Vec3::splat(AMBIENT) } else { Vec3::ZERO },
+            ambient,
             towards_eye,
+            fog: if effects.fog == FogType::None { Fog::default() } else { self.fog() },
+            coloring,
+            lines: LineStyle { color: style.line_color.linear(), width: style.line_width },
+            distance: 0.0,
         });
+        Ok(())
+    }
+
+    /// The fog of the air.
+    fn fog(&self) -> Fog {
+        let air = &self.shape.state.environment;
+        let far = || self.shape.cameras.map_or(0.0, |cameras| cameras.furthest(self.view));
+        let visibility = if air.fog_visibility > 0.0 { air.fog_visibility } else { far() };
+        // 1/256 is left at the end.
+        let exponent = 256f64.ln();
+        let at_end = match air.fog_type {
+            FogType::None => 0.0,
+            FogType::Haze => 1.0,
+            FogType::Fog => exponent,
+            FogType::Smoke => exponent.sqrt(),
+        };
+        let rate = if visibility > 0.0 { at_end / visibility } else { 0.0 };
+        Fog { color: air.fog_color.linear(), rate: rate as f32 }
     }
 
     /// Draws triangles as a mesh: what a shape does that knows nothing better.
@@ -354,8 +456,7 @@ impl DrawContext<'_> {
             mesh.triangles.push([start, start + 1, start + 2]);
         }
         let options = DrawOptions::plain(GeometryKind::Mesh);
-        self.draw(Geometry::Mesh(Arc::new(mesh)), &DAffine3::from_translation(anchor), options);
-        Ok(())
+        self.draw(Geometry::Mesh(Arc::new(mesh)), &DAffine3::from_translation(anchor), options)
     }
 }
 
@@ -383,8 +484,18 @@ impl DrawOptions {
 }
 
 fn place_light(light: &PlacedLight, eye: DVec3) -> FrameLight {
-    match *light {
-        PlacedLight::Directional { towards, color } => FrameLight::Directional { towards: towards.as_vec3(), color },
-        PlacedLight::Point { position, color } => FrameLight::Point { position: relative(position, eye), color },
+    let color = light.color;
+    match light.source {
+        LightSource::Directional { towards } => FrameLight::Directional { towards: towards.as_vec3(), color },
+        LightSource::Point { position, attenuation } => {
+            FrameLight::Point { position: relative(position, eye), color, attenuation }
+        }
+        LightSource::Spot { position, attenuation, direction, cone } => FrameLight::Spot {
+            position: relative(position, eye),
+            color,
+            attenuation,
+            direction: direction.as_vec3(),
+            cone,
+        },
     }
 }

@@ -4,10 +4,13 @@ use std::any::{Any, TypeId};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3, Vec3};
 
-use super::{ActionError, Cameras, PlacedCamera, ShapeError, Surface, Viewpoint};
-use crate::node::{Binding, Complexity, List, Material, PickStyleKind, ShapeHints};
+use super::{ActionError, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
+use crate::node::{
+    Background, Binding, ColorRamp, Complexity, ContourLines, DetailTextures, DrawStyle, Environment, LightModel, List,
+    Material, NormalMap, PickStyleKind, ShapeHints, Wrap,
+};
 use crate::scene::{Image, NodeKey, Path, Scene};
 
 /// The properties in force at a point of a walk.
@@ -49,6 +52,27 @@ pub struct State {
     pub clip_planes: Arc<Vec<PlacedPlane>>,
     /// What properties defined elsewhere have set; see [`State::set`].
     pub extensions: Extensions,
+    /// Air and light from the surroundings.
+    pub environment: Environment,
+    /// Whether light is looked at.
+    pub light_model: LightModel,
+    /// Normals that roughen the light.
+    pub normal_map: Option<Arc<NormalMap>>,
+    /// How faces are drawn.
+    pub draw_style: DrawStyle,
+    /// Colours by height or slope.
+    pub color_ramp: Option<Arc<ColorRamp>>,
+    /// Lines of equal height.
+    pub contour_lines: Option<Arc<ContourLines>>,
+    /// Four textures and their mask.
+    pub detail_textures: Option<Arc<DetailTextures>>,
+    /// What takes texture coordinates to those that are looked up, by unit, with the visit of the node; see
+    /// [`PropertyContext::visit`].
+    pub texture_transforms: Arc<Vec<(u32, DAffine2, u64)>>,
+    /// What is behind everything.
+    pub background: Option<Arc<Background>>,
+    /// Which node set what.
+    pub credits: Credits,
 }
 
 /// Values of types that this crate does not know, one of each.
@@ -78,6 +102,16 @@ impl Default for State {
             pick_style: PickStyleKind::default(),
             clip_planes: Arc::default(),
             extensions: Extensions::default(),
+            environment: Environment::default(),
+            light_model: LightModel::default(),
+            normal_map: None,
+            draw_style: DrawStyle::default(),
+            color_ramp: None,
+            contour_lines: None,
+            detail_textures: None,
+            texture_transforms: Arc::default(),
+            background: None,
+            credits: Credits::default(),
         }
     }
 }
@@ -119,13 +153,43 @@ impl State {
         value.downcast_ref()
     }
 
-    pub(crate) fn set_texture(&mut self, source: Option<TextureSource>, node: NodeKey) {
+    pub(crate) fn set_texture(&mut self, source: Option<TextureSource>, wrap: [Wrap; 2], cx: &PropertyContext<'_>) {
         let unit = self.unit;
         let textures = Arc::make_mut(&mut self.textures);
         textures.retain(|t| t.unit != unit);
         if let Some(source) = source {
-            textures.push(TextureBinding { unit, source, node });
+            textures.push(TextureBinding { unit, source, wrap, node: cx.key, visit: cx.visit });
         }
+    }
+
+    /// Replaces the transform of texture coordinates on the current unit.
+    pub(crate) fn set_texture_transform(&mut self, transform: DAffine2, cx: &PropertyContext<'_>) {
+        let unit = self.unit;
+        let transforms = Arc::make_mut(&mut self.texture_transforms);
+        transforms.retain(|(known, ..)| *known != unit);
+        if transform != DAffine2::IDENTITY {
+            transforms.push((unit, transform, cx.visit));
+        }
+    }
+
+    /// The transform of texture coordinates on a unit and the visit of its node, if it changes anything.
+    #[must_use]
+    pub fn texture_transform(&self, unit: u32) -> Option<(DAffine2, u64)> {
+        let mut found = self.texture_transforms.iter();
+        found.find(|(known, ..)| *known == unit).map(|&(_, transform, visit)| (transform, visit))
+    }
+
+    /// Notes that a property has set an aspect of the state.
+    pub fn credit(&mut self, aspect: Aspect, cx: &PropertyContext<'_>) {
+        if let Some(slot) = self.credits.0.get_mut(aspect as usize) {
+            *slot = u32::try_from(cx.visit).unwrap_or(0);
+        }
+    }
+
+    /// The node that set an aspect last; `None` if it has its default. See [`PropertyContext::visit`].
+    #[must_use]
+    pub fn credited(&self, aspect: Aspect) -> Option<u64> {
+        self.credits.0.get(aspect as usize).filter(|&&visit| visit > 0).map(|&visit| visit.into())
     }
 
     /// The texture on a unit.
@@ -177,22 +241,42 @@ pub(crate) fn cofactors(m: &DMat3) -> DMat3 {
     if scale > 0.0 { found * (1.0 / scale) } else { found }
 }
 
-/// A light in world coordinates, its colour in linear light times its intensity.
+/// A light in world coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum PlacedLight {
+pub struct PlacedLight {
+    /// Colour in linear light times intensity.
+    pub color: Vec3,
+    /// Where it comes from.
+    pub source: LightSource,
+    /// The node that it is; see [`PropertyContext::visit`].
+    pub visit: u64,
+}
+
+/// Where light comes from, in world coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LightSource {
     /// Parallel light.
     Directional {
         /// Unit vector towards the light.
         towards: DVec3,
-        /// Colour times intensity.
-        color: Vec3,
     },
     /// Light from a point.
     Point {
         /// Where it stands.
         position: DVec3,
-        /// Colour times intensity.
-        color: Vec3,
+        /// How it weakens with distance.
+        attenuation: Attenuation,
+    },
+    /// Light from a point into a cone.
+    Spot {
+        /// Where it stands.
+        position: DVec3,
+        /// How it weakens with distance.
+        attenuation: Attenuation,
+        /// Unit vector along the axis, away from the light.
+        direction: DVec3,
+        /// Its shape.
+        cone: Cone,
     },
 }
 
@@ -204,6 +288,50 @@ pub struct PlacedPlane {
     /// A point of the plane.
     pub point: DVec3,
 }
+
+impl LightSource {
+    /// Whether its light changes with distance.
+    #[must_use]
+    pub fn attenuates(&self) -> bool {
+        match self {
+            LightSource::Directional { .. } => false,
+            LightSource::Point { attenuation, .. } | LightSource::Spot { attenuation, .. } => {
+                *attenuation != Attenuation::NONE
+            }
+        }
+    }
+}
+
+/// What of the State an effect may come from; for reports of which node asked for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(usize)]
+pub enum Aspect {
+    /// Colours and transparency.
+    Material,
+    /// Air and light from the surroundings.
+    Environment,
+    /// Whether light is looked at.
+    LightModel,
+    /// Colours by height or slope.
+    ColorRamp,
+    /// Lines of equal height.
+    ContourLines,
+    /// Four textures and their mask.
+    DetailTextures,
+    /// How faces are drawn.
+    DrawStyle,
+    /// Normals that roughen the light.
+    NormalMap,
+}
+
+impl Aspect {
+    const COUNT: usize = Aspect::NormalMap as usize + 1;
+}
+
+/// The last node that set each [`Aspect`]: the visit, 0 for none. A walk has fewer than 2³² visits
+/// ([`MAX_VISITS`](super::walk::MAX_VISITS)); small, since it is copied at every separator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Credits([u32; Aspect::COUNT]);
 
 /// Which texture unit carries what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -236,8 +364,12 @@ pub struct TextureBinding {
     pub unit: u32,
     /// Its image.
     pub source: TextureSource,
+    /// What is beyond its border, from left to right and from bottom to top.
+    pub wrap: [Wrap; 2],
     /// The node that put it there.
     pub node: NodeKey,
+    /// The occurrence of that node; see [`PropertyContext::visit`].
+    pub visit: u64,
 }
 
 /// What a property knows of its place.
@@ -247,6 +379,9 @@ pub struct PropertyContext<'a> {
     pub scene: &'a Scene,
     /// The property's own node.
     pub key: NodeKey,
+    /// Number of the occurrence: how many nodes the walk has entered, this one included. Tells occurrences of a shared node
+    /// apart.
+    pub visit: u64,
 }
 
 /// Which children are walked of a group that chooses among them.

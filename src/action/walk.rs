@@ -110,7 +110,7 @@ pub(crate) fn walk_from(
                 match scene.role(key) {
                     Some(Role::Property(property)) => {
                         let camera = state.camera.as_ref().map(Arc::as_ptr);
-                        property.apply(&mut state, &PropertyContext { scene, key });
+                        property.apply(&mut state, &PropertyContext { scene, key, visit: visits });
                         // A camera does not know its own path.
                         if state.camera.as_ref().map(Arc::as_ptr) != camera
                             && let Some(placed) = &mut state.camera

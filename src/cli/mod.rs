@@ -5,6 +5,7 @@
 mod bbox;
 mod check;
 mod cost;
+mod effects;
 mod generate;
 mod nodes;
 mod pick;
@@ -40,6 +41,7 @@ enum Command {
     Sight(sight::Args),
     Bbox(bbox::Args),
     Check(check::Args),
+    Effects(effects::Args),
     Tree(tree::Args),
     Generate(generate::Args),
     Nodes(nodes::Args),
@@ -75,6 +77,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Sight(args) => sight::run(&args),
         Command::Bbox(args) => bbox::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Effects(args) => effects::run(&args),
         Command::Tree(args) => tree::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Nodes(args) => nodes::run(&args),

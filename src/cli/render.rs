@@ -23,7 +23,7 @@ pub(super) struct Args {
     /// Size of the picture
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     size: [u32; 2],
-    /// Colour where nothing is, sRGB
+    /// Colour where nothing is, sRGB, if the scene has no Background
     #[arg(long, value_name = "#rrggbb", default_value = "#c9dcee", value_parser = color)]
     background: Color,
     /// Name of the camera; the first one if not given

@@ -2,20 +2,22 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::bench::{gpu_figure, median, ms};
 use super::report::{EffectFigures, EffectRow, EffectTimes, EffectsCost};
 use super::{CostError, Options, Run};
-use crate::action::{DebugColor, Draw, FrameLight, Geometry};
-use crate::node::DetailMode;
+use crate::action::{
+    Attenuation, Coloring, Cone, ContourStyle, DebugColor, Draw, Effects, Fog, FrameLight, Geometry, LineStyle, RampMap,
+};
+use crate::node::{DetailMode, FogType, Ramp, RampBy, Style};
 use crate::render::{Headless, shader_text};
 
 /// An effect by its name, as what it changes in a draw that has none.
 type Effect = (&'static str, fn(&mut Draw));
 
 /// The effects that a draw can have. A new one is a line here.
-const EFFECTS: [Effect; 10] = [
+const EFFECTS: [Effect; 17] = [
     ("none", |_| {}),
     ("one directional light", directional),
     ("one directional light, ambient light", |draw| {
@@ -31,16 +33,24 @@ const EFFECTS: [Effect; 10] = [
         emissive(draw);
     }),
     ("one point light", point),
+    ("one spot light", spot),
+    ("fog", fog),
+    ("transparency", transparency),
     ("colour map", |draw| draw.effects.color_map = has_map(draw)),
+    ("height ramp", height_ramp),
+    ("contour lines", contours),
+    ("lines on faces", lines),
     ("colours by part", |draw| draw.effects.debug_color = debug(draw, DebugColor::Parts)),
     ("colours by level", |draw| draw.effects.debug_color = debug(draw, DebugColor::Levels)),
+    ("colours by normal", |draw| draw.effects.debug_color = debug(draw, DebugColor::Normals)),
     ("all that go together", |draw| {
-        directional(draw);
-        point(draw);
-        ambient(draw);
-        specular(draw);
-        emissive(draw);
+        for effect in [directional, point, spot, ambient, specular, emissive, fog, transparency] {
+            effect(draw);
+        }
         draw.effects.color_map = has_map(draw);
+        for effect in [height_ramp, contours, lines] {
+            effect(draw);
+        }
     }),
 ];
 
@@ -61,6 +71,7 @@ pub(super) fn measure(run: &mut Run<'_>, options: &Options) -> Result<(), CostEr
     for (name, effect) in EFFECTS {
         run.begin(&format!("effects: {name}"));
         let mut frame = scene.clone();
+        frame.sky = None;
         for draw in &mut frame.draws {
             bare(draw);
             effect(draw);
@@ -95,12 +106,11 @@ pub(super) fn measure(run: &mut Run<'_>, options: &Options) -> Result<(), CostEr
     run.finished()
 }
 
-/// Takes all effects away.
+/// Takes all effects away but the blending of heights, which is part of the detail.
 fn bare(draw: &mut Draw) {
-    let effects = &mut draw.effects;
-    (effects.directional_lights, effects.point_lights) = (0, 0);
-    (effects.specular, effects.ambient, effects.emissive, effects.color_map) = (false, false, false, false);
-    effects.debug_color = DebugColor::Plain;
+    let Effects { geometry, morph, .. } = draw.effects;
+    draw.effects = Effects { geometry, morph, ..Effects::default() };
+    draw.coloring = Coloring::default();
     draw.lights = Arc::default();
     draw.ambient = Vec3::ZERO;
 }
@@ -116,8 +126,48 @@ fn directional(draw: &mut Draw) {
 
 fn point(draw: &mut Draw) {
     draw.effects.point_lights += 1;
+    let attenuation = Attenuation::NONE;
     // At the eye.
-    light(draw, FrameLight::Point { position: Vec3::ZERO, color: Vec3::splat(0.4) });
+    light(draw, FrameLight::Point { position: Vec3::ZERO, color: Vec3::splat(0.4), attenuation });
+}
+
+fn spot(draw: &mut Draw) {
+    draw.effects.spot_lights += 1;
+    let cone = Cone { cos_cut_off: 0.7, exponent: 1.0 };
+    // At the eye, downwards.
+    let (position, direction) = (Vec3::ZERO, Vec3::NEG_Z);
+    let attenuation = Attenuation::NONE;
+    light(draw, FrameLight::Spot { position, color: Vec3::splat(0.4), attenuation, direction, cone });
+}
+
+fn fog(draw: &mut Draw) {
+    draw.effects.fog = FogType::Fog;
+    // What a fog costs does not depend on how thick it is.
+    draw.fog = Fog { color: Vec3::splat(0.7), rate: 1e-4 };
+}
+
+fn transparency(draw: &mut Draw) {
+    draw.effects.transparency = true;
+    draw.material.opacity = 0.5;
+}
+
+fn height_ramp(draw: &mut Draw) {
+    if is_terrain(draw) {
+        draw.effects.ramp = Some(RampBy::Height);
+        draw.coloring.ramp = Some(RampMap { ramp: Ramp::Gray, scale: 1e-3, offset: 0.5, slope: Vec2::ZERO });
+    }
+}
+
+fn contours(draw: &mut Draw) {
+    if is_terrain(draw) {
+        draw.effects.contours = true;
+        draw.coloring.contours = Some(ContourStyle { scale: 1e-2, offset: 0.0, width: 1.0, color: Vec3::ZERO });
+    }
+}
+
+fn lines(draw: &mut Draw) {
+    draw.effects.style = Style::FilledLines;
+    draw.lines = LineStyle { color: Vec3::ZERO, width: 1.0 };
 }
 
 fn ambient(draw: &mut Draw) {
@@ -139,7 +189,11 @@ fn has_map(draw: &Draw) -> bool {
     matches!(&draw.geometry, Geometry::Terrain(terrain) if terrain.color_map.is_some())
 }
 
+fn is_terrain(draw: &Draw) -> bool {
+    matches!(draw.geometry, Geometry::Terrain(_))
+}
+
 /// Colours for study are for terrains.
 fn debug(draw: &Draw, color: DebugColor) -> DebugColor {
-    if matches!(draw.geometry, Geometry::Terrain(_)) { color } else { DebugColor::Plain }
+    if is_terrain(draw) { color } else { DebugColor::Plain }
 }

@@ -6,7 +6,8 @@ use glam::{DQuat, DVec3};
 use thiserror::Error;
 
 use crate::node::{
-    AxisAngle, Color, DirectionalLight, Material, PerspectiveCamera, SeamlessTerrain, Separator, Texture2, TextureUnit,
+    AxisAngle, Color, ColorRamp, DirectionalLight, Material, PerspectiveCamera, SeamlessTerrain, Separator, Texture2,
+    TextureUnit,
 };
 use crate::scene::{EditError, ImageError, Scene};
 use crate::terrain::{HeightFieldError, Samples};
@@ -49,6 +50,7 @@ const RELIEF: f64 = 1.0 / 8.0;
 /// * heights are exaggerated so that the highest point lies an eighth of the longer side above the lowest, which lies at 0.
 ///   All samples count as heights, none as a void;
 /// * the camera looks north-north-west and down by 35°, from where it sees everything;
+/// * it is coloured by height, as atlases are;
 /// * the sun shines from the west-south-west, half way up.
 ///
 /// # Errors
@@ -90,7 +92,8 @@ pub fn scene_of_map(path: impl AsRef<Path>) -> Result<Scene, MapError> {
     let root = scene.root();
     scene.add(root, PerspectiveCamera { orientation: AxisAngle::new(axis, angle), ..Default::default() })?;
     scene.add(root, DirectionalLight { direction: DVec3::new(1.0, 0.4, -1.0), ..Default::default() })?;
-    scene.add(root, Material { diffuse_color: Color::new(0.86, 0.84, 0.78), ..Default::default() })?;
+    scene.add(root, Material { ambient_color: Color::WHITE, diffuse_color: Color::WHITE, ..Default::default() })?;
+    scene.add(root, ColorRamp::default())?;
     scene.add(root, TextureUnit { unit: 0 })?;
     scene.add(root, Texture2 { filename: filename.to_owned(), ..Default::default() })?;
     scene.add(

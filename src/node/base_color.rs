@@ -1,5 +1,5 @@
 use super::{Color, PropertyNode};
-use crate::action::{PropertyContext, State};
+use crate::action::{Aspect, PropertyContext, State};
 
 crate::define_node! {
     /// Sets the diffuse colour alone and leaves the rest of the material as it is.
@@ -16,8 +16,9 @@ crate::define_node! {
 }
 
 impl PropertyNode for BaseColor {
-    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+    fn apply(&self, state: &mut State, cx: &PropertyContext<'_>) {
         state.material.diffuse_color = self.rgb;
+        state.credit(Aspect::Material, cx);
     }
 
     fn moves_shapes(&self) -> bool {

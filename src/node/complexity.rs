@@ -59,4 +59,11 @@ impl TextureFilter {
         };
         Self { min_linear, mag_linear, mipmaps, mip_linear }
     }
+
+    /// A number for each filter.
+    #[cfg(feature = "render")]
+    pub(crate) fn bits(self) -> u64 {
+        let flags = [self.min_linear, self.mag_linear, self.mipmaps, self.mip_linear];
+        flags.into_iter().fold(0, |bits, flag| bits << 1 | u64::from(flag))
+    }
 }

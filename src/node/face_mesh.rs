@@ -163,7 +163,7 @@ impl FaceMesh {
         }
     }
 
-    pub(super) fn draw(&self, cx: &mut DrawContext<'_>) {
+    pub(super) fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
         let drawn = self.drawn.get_or_init(|| {
             // Relative to a corner, so that a mesh with large local coordinates keeps its digits.
             let anchor = self.corners(self.triangles.first()?).first().copied()?;
@@ -184,10 +184,9 @@ impl FaceMesh {
             }
             Some((anchor, Arc::new(mesh)))
         });
-        if let Some((anchor, mesh)) = drawn {
-            let options = DrawOptions::plain(GeometryKind::Mesh);
-            cx.draw(Geometry::Mesh(Arc::clone(mesh)), &DAffine3::from_translation(*anchor), options);
-        }
+        let Some((anchor, mesh)) = drawn else { return Ok(()) };
+        let options = DrawOptions::plain(GeometryKind::Mesh);
+        cx.draw(Geometry::Mesh(Arc::clone(mesh)), &DAffine3::from_translation(*anchor), options)
     }
 }
 
@@ -206,7 +205,8 @@ fn inputs(cx: &ShapeContext<'_>, key: Option<NodeKey>) -> MeshInputs {
     match own {
         Some((key, property)) => {
             let mut state = cx.state.clone();
-            property.apply(&mut state, &PropertyContext { scene: cx.scene, key });
+            // No visit of a walk: nobody asks this State who set what.
+            property.apply(&mut state, &PropertyContext { scene: cx.scene, key, visit: 0 });
             of(&state)
         }
         None => of(cx.state),

@@ -32,9 +32,7 @@ macro_rules! mesh_shape {
             }
 
             fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
-                let mesh = self.mesh(&cx.shape)?;
-                mesh.draw(cx);
-                Ok(())
+                self.mesh(&cx.shape)?.draw(cx)
             }
         }
 

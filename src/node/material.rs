@@ -1,5 +1,5 @@
 use super::{Color, FieldProblem, PropertyNode};
-use crate::action::{PropertyContext, State};
+use crate::action::{Aspect, PropertyContext, State};
 
 crate::define_node! {
     /// How the surfaces that follow reflect light.
@@ -21,19 +21,23 @@ crate::define_node! {
         pub emissive_color: Color = Color::BLACK,
         /// Sharpness of highlights, 0..1: their exponent is 128 times this.
         pub shininess: f32 = 0.2,
+        /// How much of what is behind shows through, 0..1: 1 is not to be seen at all. See-through shapes are drawn after all
+        /// others, the furthest first, and show the nearest of their own surfaces.
+        pub transparency: f32 = 0.0,
     }
     check |m: &Material| {
-        if (0.0..=1.0).contains(&m.shininess) {
-            Vec::new()
-        } else {
-            vec![FieldProblem::new("shininess", format!("{} is out of range: it goes from 0 to 1", m.shininess))]
-        }
+        [("shininess", m.shininess), ("transparency", m.transparency)]
+            .into_iter()
+            .filter(|(_, value)| !(0.0..=1.0).contains(value))
+            .map(|(field, value)| FieldProblem::new(field, format!("{value} is out of range: it goes from 0 to 1")))
+            .collect()
     };
 }
 
 impl PropertyNode for Material {
-    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+    fn apply(&self, state: &mut State, cx: &PropertyContext<'_>) {
         state.material = self.clone();
+        state.credit(Aspect::Material, cx);
     }
 
     fn moves_shapes(&self) -> bool {

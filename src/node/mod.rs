@@ -11,11 +11,17 @@
 //! citizen either way. The macro makes the struct, its `Default` and its [`NodeInfo`] from one text, so that
 //! documentation, reading and writing can not drift apart.
 
+mod background;
 mod base_color;
 mod camera;
+mod color_ramp;
 mod complexity;
+mod contour_lines;
 mod copies;
 mod cube;
+mod detail_textures;
+mod draw_style;
+mod environment;
 mod face_mesh;
 mod face_sets;
 mod field;
@@ -23,8 +29,10 @@ mod geometry;
 mod group;
 mod info;
 mod light;
+mod light_model;
 mod lod;
 mod material;
+mod normal_map;
 mod pick_style;
 mod registry;
 mod round;
@@ -33,6 +41,7 @@ mod separator;
 mod shader;
 mod switch;
 mod texture;
+mod texture_transform;
 mod transform;
 
 use std::any::Any;
@@ -40,11 +49,17 @@ use std::fmt::Debug;
 
 use glam::{DVec2, DVec3};
 
+pub use background::Background;
 pub use base_color::BaseColor;
 pub use camera::{CameraFields, OrthographicCamera, PerspectiveCamera};
+pub use color_ramp::{ColorRamp, RAMP_STOPS, Ramp, RampBy};
 pub use complexity::{Complexity, TextureFilter};
+pub use contour_lines::ContourLines;
 pub use copies::{Array, ArrayOrigin, MultipleCopy};
 pub use cube::Cube;
+pub use detail_textures::DetailTextures;
+pub use draw_style::{DrawStyle, Style};
+pub use environment::{Environment, FogType};
 pub(crate) use face_mesh::{FaceMesh, MeshInputs};
 pub use face_sets::{FaceSet, IndexedFaceSet, IndexedTriangleStripSet, QuadMesh, TriangleStripSet};
 pub use field::{AxisAngle, Color, FieldError, FieldValue, List, Matrix, Plane};
@@ -54,9 +69,11 @@ pub use geometry::{
 };
 pub use group::Group;
 pub use info::{Info, Label};
-pub use light::{DirectionalLight, PointLight};
+pub use light::{DirectionalLight, PointLight, SpotLight};
+pub use light_model::{LightModel, LightingModel};
 pub use lod::{LevelOfDetail, Lod};
 pub use material::Material;
+pub use normal_map::NormalMap;
 pub use pick_style::{ClipPlane, PickStyle, PickStyleKind};
 pub use registry::Registry;
 pub(crate) use registry::nearest;
@@ -68,6 +85,7 @@ pub use separator::{Separator, TransformSeparator};
 pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderValue, VertexShader};
 pub use switch::Switch;
 pub use texture::{ImageRef, Texture2, TextureUnit, Wrap};
+pub use texture_transform::Texture2Transform;
 pub use transform::{
     Axis, Length, MatrixTransform, Reset, ResetTransform, Rotation, RotationXyz, Scale, Transform, Translation, Units,
 };

@@ -4,12 +4,10 @@ use glam::{DAffine3, DVec2, DVec3, DVec4};
 use serde::{Deserialize, Serialize};
 
 use super::field::enum_field;
-use super::{
-    FieldProblem, FieldValue, HitDetail, ShapeHit, ShapeNode, TerrainDetail, TerrainTriangle, TextureFilter, Triangle,
-};
+use super::{FieldProblem, FieldValue, HitDetail, ShapeHit, ShapeNode, TerrainDetail, TerrainTriangle, Triangle};
 use crate::action::{
-    Aabb, ColorMap, DebugColor, DrawContext, DrawOptions, Geometry, GeometryKind, Lens, Ray, ShapeContext, ShapeError,
-    Surface, TerrainDraw, Viewpoint,
+    Aabb, DebugColor, DrawContext, DrawOptions, Geometry, GeometryKind, Lens, Ray, ShapeContext, ShapeError, Surface,
+    TerrainDraw, Viewpoint,
 };
 use crate::terrain::pick::{CoarseSurface, Fan, LatticeRay, TerrainHit};
 use crate::terrain::{
@@ -28,9 +26,11 @@ pub enum ColorMode {
     Parts,
     /// A colour per level of the patch tree, unlit.
     Levels,
+    /// The normals that shading uses as colours: red, green and blue are world x, y and z, -1 black and 1 full.
+    Normals,
 }
 
-enum_field!(ColorMode: Plain | Parts | Levels);
+enum_field!(ColorMode: Plain | Parts | Levels | Normals);
 
 /// How the detail of a terrain is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -632,11 +632,8 @@ impl ShapeNode for SeamlessTerrain {
         cx.keep(history);
 
         let color_map = match self.color_mode {
-            ColorMode::Plain => cx.shape.image(cx.shape.state.program.color_unit)?.map(|image| ColorMap {
-                image,
-                filter: TextureFilter::of_quality(cx.shape.state.complexity.texture_quality),
-            }),
-            ColorMode::Parts | ColorMode::Levels => None,
+            ColorMode::Plain => cx.color_map(cx.shape.state.program.color_unit)?,
+            ColorMode::Parts | ColorMode::Levels | ColorMode::Normals => None,
         };
         let eye = inverse_of(&cx.shape.state.model).map_or(DVec3::ZERO, |i| i.transform_point3(cx.view.eye));
         let anchor = placed.anchor(eye);
@@ -653,6 +650,7 @@ impl ShapeNode for SeamlessTerrain {
                 ColorMode::Plain => DebugColor::Plain,
                 ColorMode::Parts => DebugColor::Parts,
                 ColorMode::Levels => DebugColor::Levels,
+                ColorMode::Normals => DebugColor::Normals,
             },
             lit: false,
             morph: instances.morphs(),
@@ -667,10 +665,10 @@ impl ShapeNode for SeamlessTerrain {
             branching: tree.resolutions().branching(),
         };
         let loose = (!draw.instances.loose().is_empty()).then(|| draw.clone());
-        cx.draw(Geometry::Terrain(draw), &local_from_rel, options);
+        cx.draw(Geometry::Terrain(draw), &local_from_rel, options)?;
         if let Some(loose) = loose {
             let options = DrawOptions { kind: GeometryKind::of_terrain(placed.terrain.field(), true), ..options };
-            cx.draw(Geometry::Terrain(loose), &local_from_rel, options);
+            cx.draw(Geometry::Terrain(loose), &local_from_rel, options)?;
         }
         Ok(())
     }

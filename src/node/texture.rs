@@ -42,7 +42,8 @@ crate::define_node! {
     /// Puts an image on the current texture unit.
     ///
     /// The image is decoded when an action needs it first: a bounding box reads heights, but no colours. Images of heights
-    /// stay at their full depth.
+    /// stay at their full depth. What is beyond the border of an image is only seen with a `Texture2Transform`: without one it
+    /// lies over the shape edge to edge, and its border does not mix with the one opposite.
     ///
     /// ```ron
     /// Texture2(filename: "map.png")
@@ -95,6 +96,6 @@ impl PropertyNode for Texture2 {
             None if self.filename.is_empty() => None,
             None => Some(TextureSource::File(cx.scene.resolve(&self.filename))),
         };
-        state.set_texture(source, cx.key);
+        state.set_texture(source, [self.wrap_s, self.wrap_t], cx);
     }
 }

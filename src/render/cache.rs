@@ -37,6 +37,11 @@ impl<K: Eq + Hash + Copy, V> Cache<K, V> {
         Ok(value)
     }
 
+    /// The value, if it is there.
+    pub(super) fn peek(&self, key: &K) -> Option<&V> {
+        self.entries.get(key).map(|(value, _)| value)
+    }
+
     /// Drops what was not used for a while.
     pub(super) fn retire(&mut self, frame: u64) {
         self.entries.retain(|_, (_, used)| frame.saturating_sub(*used) <= PATIENCE);

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::error::guarded;
 use super::targets::check_size;
 use super::timer::read_buffer;
-use super::{Picture, RenderError, Renderer, RendererOptions};
+use super::{DrawCost, Picture, RenderError, Renderer, RendererOptions};
 use crate::action::Frame;
 
 /// Pictures are drawn into this format: the device encodes sRGB.
@@ -121,6 +121,15 @@ impl Headless {
         self.check()?;
         let [width, height] = frame.size;
         Ok(Picture { width, height, rgba, report })
+    }
+
+    /// What each draw of a frame takes, once the frame was drawn; see [`Renderer::costs`].
+    ///
+    /// # Errors
+    ///
+    /// As for [`Renderer::costs`].
+    pub fn costs(&self, frame: &Frame) -> Result<Vec<DrawCost>, RenderError> {
+        self.renderer.costs(frame)
     }
 
     /// Draws a frame with one sample per pixel and reads the depth back, row by row from the top left, at the centre of

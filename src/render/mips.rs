@@ -71,6 +71,11 @@ pub(super) fn half_gradients(level: &Level<[f16; 2]>) -> Level<[f16; 2]> {
     level.half(|t| t.map(f16::to_f32), |mean| mean.map(f16::from_f32))
 }
 
+/// Halves numbers.
+pub(super) fn half_data(level: &Level<[u8; 4]>) -> Level<[u8; 4]> {
+    level.half(|t| t.map(f32::from), |mean| mean.map(|c| (c + 0.5) as u8))
+}
+
 /// Halves colours in linear light, where means are means of light.
 #[derive(Debug)]
 pub(super) struct ColorHalver {

@@ -21,6 +21,7 @@
 //! Reversed z in 32-bit floats: 1 at the near plane, 0 infinitely far away. Of two fragments at one depth the later is
 //! seen, as in Open Inventor.
 
+mod bindings;
 mod buffers;
 mod cache;
 mod error;
@@ -38,5 +39,5 @@ mod uniforms;
 pub use error::RenderError;
 pub use headless::Headless;
 pub use picture::Picture;
-pub use renderer::{DrawReport, Renderer, RendererOptions};
+pub use renderer::{DrawCost, DrawReport, Renderer, RendererOptions};
 pub use shader::shader_text;

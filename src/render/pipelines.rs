@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 
 use super::RenderError;
+use super::bindings::{Slot, SlotSet};
 use super::error::guarded;
-use super::shader::Variant;
+use super::shader::{Variant, sky_text};
 use crate::terrain::{Instance, LooseVertex, PatchWeights};
 
 /// Depth is kept in 32-bit floats.
@@ -13,19 +14,24 @@ pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth3
 /// Bytes of a corner of a mesh: position, and normal.
 pub(super) const MESH_STRIDE: u64 = 24;
 
-/// Which textures a variant reads: 32-bit floats or 16-bit integers for heights, gradients, colours.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct TextureSet {
-    float_heights: bool,
-    gradients: bool,
-    colors: bool,
+/// What a pipeline does with what it draws.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Pass {
+    /// Replaces colour and depth.
+    Opaque,
+    /// Replaces depth alone.
+    Depth,
+    /// Mixes colour with what is there; depth is there already.
+    Blend,
 }
 
 /// A compiled variant.
 #[derive(Debug, Clone)]
 pub(super) struct Pipeline {
     pub pipeline: wgpu::RenderPipeline,
-    /// Layout of the textures of a terrain.
+    /// For what is transparent: draws its depth alone.
+    pub depth_only: Option<wgpu::RenderPipeline>,
+    /// Layout of its textures, if it reads any.
     pub textures: Option<wgpu::BindGroupLayout>,
 }
 
@@ -35,7 +41,8 @@ pub(super) struct Pipelines {
     format: wgpu::TextureFormat,
     samples: u32,
     draw_layout: Option<wgpu::BindGroupLayout>,
-    texture_layouts: HashMap<TextureSet, wgpu::BindGroupLayout>,
+    texture_layouts: HashMap<SlotSet, wgpu::BindGroupLayout>,
+    sky: Option<wgpu::RenderPipeline>,
     /// By variant, and whether it is mirrored.
     compiled: HashMap<(Variant, bool), Pipeline>,
     /// How many were made in all.
@@ -44,7 +51,8 @@ pub(super) struct Pipelines {
 
 impl Pipelines {
     pub(super) fn new(format: wgpu::TextureFormat, samples: u32) -> Self {
-        Self { format, samples, draw_layout: None, texture_layouts: HashMap::new(), compiled: HashMap::new(), made: 0 }
+        let (texture_layouts, compiled) = (HashMap::new(), HashMap::new());
+        Self { format, samples, draw_layout: None, texture_layouts, sky: None, compiled, made: 0 }
     }
 
     /// Layout of the uniforms of a draw, the same for all variants: their size differs, and is checked when drawing.
@@ -77,67 +85,104 @@ impl Pipelines {
             return Ok(found.clone());
         }
         let draw_layout = self.draw_layout(device)?;
-        let textures = if variant.terrain() { Some(self.texture_layout(device, &variant)?) } else { None };
-        let pipeline = self.compile(device, &variant, mirrored, &draw_layout, textures.as_ref())?;
-        let made = Pipeline { pipeline, textures };
-        self.made += 1;
+        let textures = self.texture_layout(device, &variant)?;
+        let text = variant.text()?;
+        let (module, layout) = guarded(device, "compiling a shader", || {
+            let source = wgpu::ShaderSource::Wgsl(text.into());
+            let module = wgpu::ShaderModuleDescriptor { label: Some("effects"), source };
+            let layouts: Vec<_> = std::iter::once(Some(&draw_layout)).chain(textures.as_ref().map(Some)).collect();
+            let layout =
+                wgpu::PipelineLayoutDescriptor { label: None, bind_group_layouts: &layouts, immediate_size: 0 };
+            (device.create_shader_module(module), device.create_pipeline_layout(&layout))
+        })?;
+        let compile = |pass| self.compile(device, &variant, &module, &layout, mirrored, pass);
+        let (pipeline, depth_only) = if variant.effects.transparency {
+            (compile(Pass::Blend)?, Some(compile(Pass::Depth)?))
+        } else {
+            (compile(Pass::Opaque)?, None)
+        };
+        let made = Pipeline { pipeline, depth_only, textures };
+        self.made += 1 + u32::from(variant.effects.transparency);
         self.compiled.insert((variant, mirrored), made.clone());
         Ok(made)
+    }
+
+    /// The pipeline of the sky. It leaves depth alone.
+    pub(super) fn sky(&mut self, device: &wgpu::Device) -> Result<wgpu::RenderPipeline, RenderError> {
+        if let Some(sky) = &self.sky {
+            return Ok(sky.clone());
+        }
+        let draw_layout = self.draw_layout(device)?;
+        let text = sky_text(self.format)?;
+        let made = guarded(device, "compiling a shader", || {
+            let source = wgpu::ShaderSource::Wgsl(text.into());
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("sky"), source });
+            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: None,
+                bind_group_layouts: &[Some(&draw_layout)],
+                immediate_size: 0,
+            });
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some("sky"),
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("vertex_main"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: Some(depth_state(false, wgpu::CompareFunction::Always)),
+                multisample: wgpu::MultisampleState { count: self.samples, ..wgpu::MultisampleState::default() },
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some("fragment_main"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    targets: &[Some(self.format.into())],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        })?;
+        self.made += 1;
+        Ok(self.sky.insert(made).clone())
     }
 
     fn texture_layout(
         &mut self,
         device: &wgpu::Device,
         variant: &Variant,
-    ) -> Result<wgpu::BindGroupLayout, RenderError> {
-        let set =
-            TextureSet { float_heights: !variant.integers(), gradients: variant.lit(), colors: variant.color_map };
-        if let Some(layout) = self.texture_layouts.get(&set) {
-            return Ok(layout.clone());
+    ) -> Result<Option<wgpu::BindGroupLayout>, RenderError> {
+        let slots = SlotSet::of(variant);
+        if slots.is_empty() {
+            return Ok(None);
         }
-        let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
-        let texture = |sample_type| wgpu::BindingType::Texture {
-            sample_type,
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
-        let smooth = texture(wgpu::TextureSampleType::Float { filterable: true });
-        let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
-        let heights = if set.float_heights {
-            wgpu::TextureSampleType::Float { filterable: false }
-        } else {
-            wgpu::TextureSampleType::Uint
-        };
-        let fragment = wgpu::ShaderStages::FRAGMENT;
-        let mut entries = vec![entry(0, wgpu::ShaderStages::VERTEX, texture(heights))];
-        if set.gradients {
-            entries.extend([entry(1, fragment, smooth), entry(2, fragment, sampler)]);
+        if let Some(layout) = self.texture_layouts.get(&slots) {
+            return Ok(Some(layout.clone()));
         }
-        if set.colors {
-            entries.extend([entry(3, fragment, smooth), entry(4, fragment, sampler)]);
-        }
-        let layout = bind_group_layout(device, "textures of a terrain", &entries)?;
-        self.texture_layouts.insert(set, layout.clone());
-        Ok(layout)
+        let entries: Vec<_> = Slot::of(variant).map(|slot| slot.layout(variant)).collect();
+        let layout = bind_group_layout(device, "textures of a draw", &entries)?;
+        self.texture_layouts.insert(slots, layout.clone());
+        Ok(Some(layout))
     }
 
     fn compile(
         &self,
         device: &wgpu::Device,
         variant: &Variant,
+        module: &wgpu::ShaderModule,
+        layout: &wgpu::PipelineLayout,
         mirrored: bool,
-        draw_layout: &wgpu::BindGroupLayout,
-        textures: Option<&wgpu::BindGroupLayout>,
+        pass: Pass,
     ) -> Result<wgpu::RenderPipeline, RenderError> {
-        let text = variant.text()?;
-        let mut layouts = vec![Some(draw_layout)];
-        layouts.extend(textures.map(Some));
         let instance = wgpu::vertex_attr_array![0 => Uint32x2, 1 => Uint32];
-        let weights = wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32];
-        let weight = wgpu::vertex_attr_array![2 => Float32];
         let lit_corner = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3];
         let corner = wgpu::vertex_attr_array![0 => Float32x3];
-        let buffer = if variant.geometry.is_loose() {
+        let weights = wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32];
+        let weight = wgpu::vertex_attr_array![2 => Float32];
+        let place = wgpu::vertex_attr_array![5 => Uint32];
+        let loose = variant.effects.geometry.is_loose();
+        let buffer = if loose {
             // Lattice point and step, in the same places.
             wgpu::VertexBufferLayout {
                 array_stride: size_of::<LooseVertex>() as u64,
@@ -154,33 +199,37 @@ impl Pipelines {
             wgpu::VertexBufferLayout {
                 array_stride: MESH_STRIDE,
                 step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: if variant.lit() { &lit_corner } else { &corner },
+                attributes: if variant.effects.lit() { &lit_corner } else { &corner },
             }
         };
         let mut buffers = vec![Some(buffer)];
-        if variant.morph {
-            let (stride, step_mode, attributes): (usize, _, &[_]) = if variant.geometry.is_loose() {
+        if variant.effects.morph {
+            let (stride, step_mode, attributes): (usize, _, &[_]) = if loose {
                 (size_of::<f32>(), wgpu::VertexStepMode::Vertex, &weight)
             } else {
                 (size_of::<PatchWeights>(), wgpu::VertexStepMode::Instance, &weights)
             };
             buffers.push(Some(wgpu::VertexBufferLayout { array_stride: stride as u64, step_mode, attributes }));
         }
+        if variant.listed_places() {
+            // The indices, one after the other.
+            buffers.push(Some(wgpu::VertexBufferLayout {
+                array_stride: size_of::<u32>() as u64,
+                step_mode: wgpu::VertexStepMode::Vertex,
+                attributes: &place,
+            }));
+        }
+        let target = wgpu::ColorTargetState {
+            format: self.format,
+            blend: (pass == Pass::Blend).then_some(wgpu::BlendState::ALPHA_BLENDING),
+            write_mask: if pass == Pass::Depth { wgpu::ColorWrites::empty() } else { wgpu::ColorWrites::ALL },
+        };
         guarded(device, "compiling a shader", || {
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("effects"),
-                source: wgpu::ShaderSource::Wgsl(text.into()),
-            });
-            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: None,
-                bind_group_layouts: &layouts,
-                immediate_size: 0,
-            });
             device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some("effects"),
-                layout: Some(&layout),
+                layout: Some(layout),
                 vertex: wgpu::VertexState {
-                    module: &module,
+                    module,
                     entry_point: Some("vertex_main"),
                     compilation_options: wgpu::PipelineCompilationOptions::default(),
                     buffers: &buffers,
@@ -191,24 +240,28 @@ impl Pipelines {
                     cull_mode: Some(wgpu::Face::Back),
                     ..wgpu::PrimitiveState::default()
                 },
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: DEPTH_FORMAT,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-                    stencil: wgpu::StencilState::default(),
-                    bias: wgpu::DepthBiasState::default(),
-                }),
+                depth_stencil: Some(depth_state(pass != Pass::Blend, wgpu::CompareFunction::GreaterEqual)),
                 multisample: wgpu::MultisampleState { count: self.samples, ..wgpu::MultisampleState::default() },
                 fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some("fragment_main"),
+                    module,
+                    entry_point: Some(if pass == Pass::Depth { "fragment_depth" } else { "fragment_main" }),
                     compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    targets: &[Some(self.format.into())],
+                    targets: &[Some(target)],
                 }),
                 multiview_mask: None,
                 cache: None,
             })
         })
+    }
+}
+
+fn depth_state(write: bool, compare: wgpu::CompareFunction) -> wgpu::DepthStencilState {
+    wgpu::DepthStencilState {
+        format: DEPTH_FORMAT,
+        depth_write_enabled: Some(write),
+        depth_compare: Some(compare),
+        stencil: wgpu::StencilState::default(),
+        bias: wgpu::DepthBiasState::default(),
     }
 }
 

@@ -1,22 +1,23 @@
 //! Draws frames with the caller's device.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
 
 use super::RenderError;
+use super::bindings::{Slot, SlotSet};
 use super::buffers::GrowingBuffer;
 use super::cache::Cache;
 use super::error::guarded;
-use super::pipelines::{DEPTH_FORMAT, Pipelines};
-use super::shader::Variant;
+use super::pipelines::{DEPTH_FORMAT, MESH_STRIDE, Pipeline, Pipelines};
+use super::shader::{Variant, encodes};
 use super::targets::Targets;
-use super::textures::{Gpu, SMOOTH, Textures};
+use super::textures::{Gpu, Textures};
 use super::timer::Timer;
 use super::uniforms::{self, STRIP_COLOR, TILE_COLOR};
-use crate::action::{DebugColor, Draw, Frame, Geometry, GeometryKind, Mesh, TerrainDraw};
-use crate::node::TextureFilter;
+use crate::action::{DebugColor, Draw, Frame, Geometry, GeometryKind, Mesh};
 use crate::terrain::{Instance, LooseVertex, Parts, PatchWeights, Resolutions};
 
 /// What a [`Renderer`] is made with.
@@ -71,6 +72,21 @@ pub struct DrawReport {
     pub gpu_bytes: u64,
 }
 
+/// What one draw of a frame takes. What several draws share is counted with each of them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct DrawCost {
+    /// Number of the shader variant, counted from 0 in the order of the frame: draws with the same number share it.
+    pub variant: usize,
+    /// Bytes of the variant's WGSL.
+    pub shader_bytes: u64,
+    /// Bytes of its textures on the device.
+    pub texture_bytes: u64,
+    /// Bytes of its vertices, indices and instances on the device.
+    pub buffer_bytes: u64,
+    /// Bytes of its uniforms.
+    pub uniform_bytes: u64,
+}
+
 /// Draws [`Frame`]s into texture views with a device and queue that the caller owns.
 ///
 /// It keeps pipelines, maps and images on the device from frame to frame, and gives up maps and images that are not drawn
@@ -100,7 +116,7 @@ pub struct Renderer {
     frame: u64,
     pipelines: Pipelines,
     textures: Textures,
-    /// Bindings of the textures of a terrain.
+    /// Bindings of the textures of draws.
     bound_textures: Cache<TextureKey, wgpu::BindGroup>,
     /// Index buffers of tiles and strips.
     parts: Cache<Resolutions, wgpu::Buffer>,
@@ -130,6 +146,15 @@ struct Scratch {
     corners: Vec<[Vec3; 2]>,
     corner_indices: Vec<u32>,
     jobs: Vec<Job>,
+    sky: Option<SkyJob>,
+}
+
+/// The sky with all it needs on the device.
+#[derive(Debug)]
+struct SkyJob {
+    pipeline: wgpu::RenderPipeline,
+    uniform_size: u64,
+    uniforms: u32,
 }
 
 /// A draw with all it needs on the device, but for the buffers of the frame.
@@ -138,16 +163,19 @@ struct Job {
     /// Which draw of the frame.
     draw: usize,
     pipeline: wgpu::RenderPipeline,
+    depth_only: Option<wgpu::RenderPipeline>,
     uniform_size: u64,
     /// Where its uniforms lie, for tiles and for strips.
     uniforms: [u32; 2],
+    /// Whether corners are drawn one after the other instead of by index.
+    edges: bool,
+    textures: Option<wgpu::BindGroup>,
     geometry: Ready,
 }
 
 #[derive(Debug)]
 enum Ready {
     Terrain {
-        textures: wgpu::BindGroup,
         indices: wgpu::Buffer,
         /// First of its instances in the buffer of the frame.
         first: u32,
@@ -155,7 +183,6 @@ enum Ready {
         first_weight: Option<u32>,
     },
     Loose {
-        textures: wgpu::BindGroup,
         /// First of its corners in the buffer of the frame.
         first: u32,
         /// First of their weights, if the terrain morphs.
@@ -169,16 +196,16 @@ enum Ready {
     },
 }
 
-/// What the bindings of a terrain's textures depend on.
+/// What bindings of textures depend on: the slots, and what is in each of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct TextureKey {
-    map: u64,
-    gradients: bool,
-    colors: Option<(u64, TextureFilter)>,
+    slots: SlotSet,
+    contents: [u64; Slot::ALL.len()],
 }
 
 impl Renderer {
-    /// A renderer for targets of `format`. If the format does not encode sRGB by itself, the shaders do.
+    /// A renderer for targets of `format`. If the format is of integers and does not encode sRGB by itself, the shaders do;
+    /// formats of floats are given linear light.
     ///
     /// Nothing is made on the device until something is drawn.
     #[must_use]
@@ -244,6 +271,7 @@ impl Renderer {
         self.send(gpu)?;
         let draw_calls = guarded(device, "drawing", || self.encode(gpu, frame, view))?;
         self.scratch.jobs.clear();
+        self.scratch.sky = None;
 
         self.textures.retire(self.frame);
         self.bound_textures.retire(self.frame);
@@ -294,6 +322,45 @@ impl Renderer {
             + buffers.into_iter().map(GrowingBuffer::size).sum::<u64>()
     }
 
+    /// What each draw of a frame takes, once the frame was drawn; textures that are not on the device count nothing.
+    ///
+    /// # Errors
+    ///
+    /// When effects contradict each other.
+    pub fn costs(&self, frame: &Frame) -> Result<Vec<DrawCost>, RenderError> {
+        let mut variants: Vec<Variant> = Vec::new();
+        let cost = |draw: &Draw| {
+            let variant = Variant::new(&draw.effects, self.format)?;
+            let number = variants.iter().position(|v| *v == variant).unwrap_or_else(|| {
+                variants.push(variant);
+                variants.len() - 1
+            });
+            let mut uniforms = Vec::new();
+            let buffer_bytes = match &draw.geometry {
+                Geometry::Terrain(terrain) if variant.effects.geometry.is_loose() => {
+                    let weights = if variant.effects.morph { terrain.instances.loose_weights() } else { &[] };
+                    size_of_val(terrain.instances.loose()) as u64 + size_of_val(weights) as u64
+                }
+                Geometry::Terrain(terrain) => {
+                    let indices = self.parts.peek(&terrain.parts.resolutions()).map_or(0, wgpu::Buffer::size);
+                    let weights = if variant.effects.morph { terrain.instances.weights() } else { &[] };
+                    indices + size_of_val(terrain.instances.data()) as u64 + size_of_val(weights) as u64
+                }
+                Geometry::Mesh(mesh) => {
+                    mesh.positions.len() as u64 * MESH_STRIDE + size_of_val(mesh.triangles.as_slice()) as u64
+                }
+            };
+            Ok(DrawCost {
+                variant: number,
+                shader_bytes: variant.text()?.len() as u64,
+                texture_bytes: Slot::of(&variant).map(|slot| self.textures.held(draw, slot)).sum(),
+                buffer_bytes,
+                uniform_bytes: uniforms::write(&variant, draw, draw.material.diffuse, 1.0, &mut uniforms),
+            })
+        };
+        frame.draws.iter().map(cost).collect()
+    }
+
     /// Gets or makes all that the draws need but for the frame's own buffers, whose contents are listed.
     fn prepare(&mut self, gpu: Gpu<'_>, frame: &Frame) -> Result<(), RenderError> {
         let scratch = &mut self.scratch;
@@ -305,6 +372,14 @@ impl Renderer {
         scratch.corners.clear();
         scratch.corner_indices.clear();
         scratch.jobs.clear();
+        scratch.sky = match &frame.sky {
+            Some(sky) => {
+                let pipeline = self.pipelines.sky(gpu.device)?;
+                let (uniforms, uniform_size) = scratch.add_uniforms(gpu, |bytes| uniforms::write_sky(sky, bytes));
+                Some(SkyJob { pipeline, uniform_size, uniforms })
+            }
+            None => None,
+        };
         for (index, draw) in frame.draws.iter().enumerate() {
             // What is out of view costs nothing, not even its map.
             if draw.calls() > 0 && draw.triangles() > 0 {
@@ -319,91 +394,93 @@ impl Renderer {
         check_effects(draw)?;
         let variant = Variant::new(&draw.effects, self.format)?;
         let pipeline = self.pipelines.get(gpu.device, variant, draw.mirrored)?;
-        let (geometry, gradient_factor) = match (&draw.geometry, &pipeline.textures) {
-            (Geometry::Terrain(terrain), Some(layout)) => {
-                let (textures, factor) = self.bind_textures(gpu, &variant, terrain, layout)?;
-                if variant.geometry.is_loose() {
-                    let first = self.scratch.loose.len() as u32;
-                    self.scratch.loose.extend_from_slice(terrain.instances.loose());
-                    let first_weight = variant.morph.then(|| {
-                        let first = self.scratch.loose_weights.len() as u32;
-                        self.scratch.loose_weights.extend_from_slice(terrain.instances.loose_weights());
-                        first
-                    });
-                    (Ready::Loose { textures, first, first_weight }, factor)
-                } else {
-                    let indices = self.parts.get(terrain.parts.resolutions(), gpu.frame, || {
-                        index_buffer(gpu, &terrain.parts, &mut self.textures.uploaded)
-                    })?;
-                    let first = self.scratch.instances.len() as u32;
-                    self.scratch.instances.extend_from_slice(terrain.instances.data());
-                    let first_weight = variant.morph.then(|| {
-                        let first = self.scratch.weights.len() as u32;
-                        self.scratch.weights.extend_from_slice(terrain.instances.weights());
-                        first
-                    });
-                    (Ready::Terrain { textures, indices: indices.clone(), first, first_weight }, factor)
-                }
-            }
-            (Geometry::Mesh(mesh), None) => (self.scratch.add_mesh(mesh), 1.0),
-            _ => return Err(RenderError::Effects("the effects are for another kind of geometry")),
+        let textures = match &pipeline.textures {
+            Some(layout) => Some(self.bind_textures(gpu, &variant, draw, layout)?),
+            None => None,
         };
-        let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment as usize;
+        let gradient_factor = match &draw.geometry {
+            Geometry::Terrain(terrain) if variant.gradients() => self.textures.gradients(gpu, &terrain.heights)?.factor,
+            _ => 1.0,
+        };
+        let scratch = &mut self.scratch;
+        let geometry = match &draw.geometry {
+            Geometry::Terrain(terrain) if variant.effects.geometry.is_loose() => {
+                let first = scratch.loose.len() as u32;
+                scratch.loose.extend_from_slice(terrain.instances.loose());
+                let first_weight = variant.effects.morph.then(|| {
+                    let first = scratch.loose_weights.len() as u32;
+                    scratch.loose_weights.extend_from_slice(terrain.instances.loose_weights());
+                    first
+                });
+                Ready::Loose { first, first_weight }
+            }
+            Geometry::Terrain(terrain) => {
+                let indices = self.parts.get(terrain.parts.resolutions(), gpu.frame, || {
+                    index_buffer(gpu, &terrain.parts, &mut self.textures.uploaded)
+                })?;
+                let first = scratch.instances.len() as u32;
+                scratch.instances.extend_from_slice(terrain.instances.data());
+                let first_weight = variant.effects.morph.then(|| {
+                    let first = scratch.weights.len() as u32;
+                    scratch.weights.extend_from_slice(terrain.instances.weights());
+                    first
+                });
+                Ready::Terrain { indices: indices.clone(), first, first_weight }
+            }
+            Geometry::Mesh(mesh) => scratch.add_mesh(mesh, variant.edges()),
+        };
         let mut uniform_size = 0;
         let mut add = |color: Vec3| {
-            let bytes = &mut self.scratch.uniforms;
-            bytes.resize(bytes.len().next_multiple_of(alignment), 0);
-            let offset = bytes.len() as u32;
-            uniform_size = uniforms::write(&variant, draw, color, gradient_factor, bytes);
+            let write = |bytes: &mut Vec<u8>| uniforms::write(&variant, draw, color, gradient_factor, bytes);
+            let offset;
+            (offset, uniform_size) = self.scratch.add_uniforms(gpu, write);
             offset
         };
         let uniforms = match draw.effects.debug_color {
             DebugColor::Parts => [TILE_COLOR, STRIP_COLOR].map(|color| add(uniforms::linear(color))),
-            DebugColor::Plain | DebugColor::Levels => [add(draw.material.diffuse); 2],
+            DebugColor::Plain | DebugColor::Levels | DebugColor::Normals => [add(draw.material.diffuse); 2],
         };
-        Ok(Job { draw: index, pipeline: pipeline.pipeline, uniform_size, uniforms, geometry })
+        let Pipeline { pipeline, depth_only, .. } = pipeline;
+        Ok(Job {
+            draw: index,
+            pipeline,
+            depth_only,
+            uniform_size,
+            uniforms,
+            edges: variant.edges(),
+            textures,
+            geometry,
+        })
     }
 
-    /// The bindings of a terrain's textures, and the factor of its gradients.
+    /// The bindings of the textures that a draw reads.
     fn bind_textures(
         &mut self,
         gpu: Gpu<'_>,
         variant: &Variant,
-        terrain: &TerrainDraw,
+        draw: &Draw,
         layout: &wgpu::BindGroupLayout,
-    ) -> Result<(wgpu::BindGroup, f32), RenderError> {
-        let field = &terrain.heights;
-        let color_map = terrain.color_map.as_ref().filter(|_| variant.color_map);
-        let key = TextureKey {
-            map: field.id(),
-            gradients: variant.lit(),
-            colors: color_map.map(|map| (map.image.id(), map.filter)),
-        };
-        // Views and samplers are handles: cheap to clone. They are asked for each frame, which keeps them.
-        let mut views = vec![(0, self.textures.heights(gpu, field)?.view.clone())];
-        let mut samplers = Vec::new();
-        let mut factor = 1.0;
-        if variant.lit() {
-            let gradients = self.textures.gradients(gpu, field)?;
-            factor = gradients.factor;
-            views.push((1, gradients.view.clone()));
-            samplers.push((2, self.textures.sampler(gpu, SMOOTH)?.clone()));
-        }
-        if let Some(map) = color_map {
-            views.push((3, self.textures.colors(gpu, &map.image, map.filter.mipmaps)?.view.clone()));
-            samplers.push((4, self.textures.sampler(gpu, map.filter)?.clone()));
+    ) -> Result<wgpu::BindGroup, RenderError> {
+        let mut key = TextureKey { slots: SlotSet::of(variant), contents: [0; Slot::ALL.len()] };
+        let mut contents = [const { None }; Slot::ALL.len()];
+        // Asked for each frame, which keeps them: caches drop what is not asked for. Views and samplers are handles.
+        for ((slot, id), place) in Slot::of(variant).zip(&mut key.contents).zip(&mut contents) {
+            let (found, content) = self.textures.content(gpu, draw, slot)?;
+            *id = found;
+            *place = Some((slot.binding(), content));
         }
         let group = self.bound_textures.get(key, gpu.frame, || {
-            let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
-            let views = views.iter().map(|(binding, v)| entry(*binding, wgpu::BindingResource::TextureView(v)));
-            let samplers = samplers.iter().map(|(binding, s)| entry(*binding, wgpu::BindingResource::Sampler(s)));
-            let entries: Vec<_> = views.chain(samplers).collect();
-            let label = Some("textures of a terrain");
+            let entries: Vec<_> = contents
+                .iter()
+                .flatten()
+                .map(|(binding, content)| wgpu::BindGroupEntry { binding: *binding, resource: content.resource() })
+                .collect();
+            let label = Some("textures of a draw");
             guarded(gpu.device, "binding textures", || {
                 gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries: &entries })
             })
         })?;
-        Ok((group.clone(), factor))
+        Ok(group.clone())
     }
 
     /// Sends the frame's own buffers and binds the uniforms.
@@ -421,14 +498,15 @@ impl Renderer {
         self.corner_indices.write(device, queue, bytemuck::cast_slice(&scratch.corner_indices))?;
         let Some(buffer) = self.uniforms.get() else { return Ok(()) };
         let layout = self.pipelines.draw_layout(device)?;
-        for job in &scratch.jobs {
-            if self.bound_uniforms.contains_key(&job.uniform_size) {
+        let sizes = scratch.sky.iter().map(|sky| sky.uniform_size);
+        for size in sizes.chain(scratch.jobs.iter().map(|job| job.uniform_size)) {
+            if self.bound_uniforms.contains_key(&size) {
                 continue;
             }
             let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                 buffer,
                 offset: 0,
-                size: wgpu::BufferSize::new(job.uniform_size),
+                size: wgpu::BufferSize::new(size),
             });
             let group = guarded(device, "binding uniforms", || {
                 device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -437,7 +515,7 @@ impl Renderer {
                     entries: &[wgpu::BindGroupEntry { binding: 0, resource }],
                 })
             })?;
-            self.bound_uniforms.insert(job.uniform_size, group);
+            self.bound_uniforms.insert(size, group);
         }
         Ok(())
     }
@@ -475,8 +553,26 @@ impl Renderer {
                 occlusion_query_set: None,
                 multiview_mask: None,
             });
-            for job in &self.scratch.jobs {
-                calls += frame.draws.get(job.draw).map_or(0, |draw| self.encode_job(&mut pass, job, draw));
+            if let Some(sky) = &self.scratch.sky
+                && let Some(bound) = self.bound_uniforms.get(&sky.uniform_size)
+            {
+                pass.set_pipeline(&sky.pipeline);
+                pass.set_bind_group(0, bound, &[sky.uniforms]);
+                pass.draw(0..3, 0..1);
+                calls += 1;
+            }
+            // What is one surface in two draws, a terrain's instances and its loose triangles, hides itself: depth of both
+            // before colour of either.
+            let instances = |job: &Job| match frame.draws.get(job.draw).map(|draw| &draw.geometry) {
+                Some(Geometry::Terrain(terrain)) => Some(Arc::as_ptr(&terrain.instances)),
+                _ => None,
+            };
+            for surface in self.scratch.jobs.chunk_by(|a, b| instances(a).is_some_and(|a| instances(b) == Some(a))) {
+                let depths = surface.iter().filter_map(|job| Some((job, job.depth_only.as_ref()?)));
+                for (job, pipeline) in depths.chain(surface.iter().map(|job| (job, &job.pipeline))) {
+                    let Some(draw) = frame.draws.get(job.draw) else { continue };
+                    calls += self.encode_job(&mut pass, pipeline, job, draw);
+                }
             }
         }
         if let Some(timer) = &self.timer {
@@ -486,21 +582,33 @@ impl Renderer {
         calls
     }
 
-    fn encode_job(&self, pass: &mut wgpu::RenderPass<'_>, job: &Job, draw: &Draw) -> u32 {
+    fn encode_job(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipeline: &wgpu::RenderPipeline,
+        job: &Job,
+        draw: &Draw,
+    ) -> u32 {
         let Some(bound_uniforms) = self.bound_uniforms.get(&job.uniform_size) else { return 0 };
-        pass.set_pipeline(&job.pipeline);
+        pass.set_pipeline(pipeline);
         pass.set_bind_group(0, bound_uniforms, &job.uniforms[..1]);
+        if let Some(textures) = &job.textures {
+            pass.set_bind_group(1, textures, &[]);
+        }
         match (&job.geometry, &draw.geometry) {
-            (Ready::Terrain { textures, indices, first, first_weight }, Geometry::Terrain(terrain)) => {
+            (Ready::Terrain { indices, first, first_weight }, Geometry::Terrain(terrain)) => {
                 let Some(instances) = self.instances.get() else { return 0 };
-                pass.set_bind_group(1, textures, &[]);
                 // From its own on: another terrain of the frame may have no weights.
                 pass.set_vertex_buffer(0, instances.slice(u64::from(*first) * size_of::<Instance>() as u64..));
                 if let Some(first) = first_weight {
                     let Some(weights) = self.weights.get() else { return 0 };
                     pass.set_vertex_buffer(1, weights.slice(u64::from(*first) * size_of::<PatchWeights>() as u64..));
                 }
-                pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                if job.edges {
+                    pass.set_vertex_buffer(1 + u32::from(first_weight.is_some()), indices.slice(..));
+                } else {
+                    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                }
                 // Parts are numbered tiles first.
                 let tiles = 4 * terrain.parts.resolutions().count() as usize;
                 let mut bound = job.uniforms[0];
@@ -511,13 +619,17 @@ impl Renderer {
                         bound = wanted;
                     }
                     let triangles = terrain.parts.range(*part);
-                    pass.draw_indexed(triangles.start * 3..triangles.end * 3, 0, range.clone());
+                    let corners = triangles.start * 3..triangles.end * 3;
+                    if job.edges {
+                        pass.draw(corners, range.clone());
+                    } else {
+                        pass.draw_indexed(corners, 0, range.clone());
+                    }
                 }
                 terrain.instances.ranges().len() as u32
             }
-            (Ready::Loose { textures, first, first_weight }, Geometry::Terrain(terrain)) => {
+            (Ready::Loose { first, first_weight }, Geometry::Terrain(terrain)) => {
                 let Some(corners) = self.loose.get() else { return 0 };
-                pass.set_bind_group(1, textures, &[]);
                 pass.set_vertex_buffer(0, corners.slice(u64::from(*first) * size_of::<LooseVertex>() as u64..));
                 if let Some(first) = first_weight {
                     let Some(weights) = self.loose_weights.get() else { return 0 };
@@ -536,6 +648,13 @@ impl Renderer {
                 }
                 calls
             }
+            (Ready::Mesh { base, count, .. }, _) if job.edges => {
+                let Some(corners) = self.corners.get() else { return 0 };
+                pass.set_vertex_buffer(0, corners.slice(..));
+                let base = base.unsigned_abs();
+                pass.draw(base..base + count, 0..1);
+                1
+            }
             (Ready::Mesh { base, first, count }, _) => {
                 let (Some(corners), Some(indices)) = (self.corners.get(), self.corner_indices.get()) else { return 0 };
                 pass.set_vertex_buffer(0, corners.slice(..));
@@ -550,7 +669,7 @@ impl Renderer {
     fn clear_color(&self, linear: Vec3) -> wgpu::Color {
         let encoded = |c: f32| {
             let c = f64::from(c.clamp(0.0, 1.0));
-            if self.format.is_srgb() {
+            if !encodes(self.format) {
                 c
             } else if c <= 0.003_130_8 {
                 c * 12.92
@@ -563,7 +682,27 @@ impl Renderer {
 }
 
 impl Scratch {
-    fn add_mesh(&mut self, mesh: &Mesh) -> Ready {
+    /// Appends uniforms where they may begin; returns where that is, and how many bytes they are.
+    fn add_uniforms(&mut self, gpu: Gpu<'_>, write: impl FnOnce(&mut Vec<u8>) -> u64) -> (u32, u64) {
+        let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment as usize;
+        self.uniforms.resize(self.uniforms.len().next_multiple_of(alignment), 0);
+        let offset = self.uniforms.len() as u32;
+        let size = write(&mut self.uniforms);
+        (offset, size)
+    }
+
+    /// With `edges` each triangle has corners of its own, the first of them at a multiple of three.
+    fn add_mesh(&mut self, mesh: &Mesh, edges: bool) -> Ready {
+        if edges {
+            self.corners.resize(self.corners.len().next_multiple_of(3), [Vec3::ZERO; 2]);
+            let base = self.corners.len() as i32;
+            let corner = |&c: &u32| {
+                let at = c as usize;
+                [mesh.positions.get(at), mesh.normals.get(at)].map(|v| v.copied().unwrap_or_default())
+            };
+            self.corners.extend(mesh.triangles.iter().flatten().map(corner));
+            return Ready::Mesh { base, first: 0, count: mesh.triangles.len() as u32 * 3 };
+        }
         let base = self.corners.len() as i32;
         let first = self.corner_indices.len() as u32;
         self.corners.extend(mesh.positions.iter().zip(&mesh.normals).map(|(&p, &n)| [p, n]));
@@ -608,7 +747,7 @@ fn index_buffer(gpu: Gpu<'_>, parts: &Parts, uploaded: &mut u64) -> Result<wgpu:
     let indices: Vec<u32> = corners.map(|&[u, v]| u32::from(u) | u32::from(v) << 10).collect();
     let bytes: &[u8] = bytemuck::cast_slice(&indices);
     *uploaded += bytes.len() as u64;
-    let mut buffer = GrowingBuffer::new("tiles and strips", wgpu::BufferUsages::INDEX);
+    let mut buffer = GrowingBuffer::new("tiles and strips", wgpu::BufferUsages::INDEX | wgpu::BufferUsages::VERTEX);
     buffer.write(gpu.device, gpu.queue, bytes)?;
     buffer.get().cloned().ok_or(RenderError::Effects("there are no parts"))
 }

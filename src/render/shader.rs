@@ -3,113 +3,149 @@
 use wesl::{CompileOptions, Feature, Features, ManglerKind, ModulePath, VirtualResolver, Wesl};
 
 use super::RenderError;
-use crate::action::{DebugColor, Effects, GeometryKind};
+use crate::action::{DebugColor, EFFECTS, Effects, GeometryKind};
+use crate::node::{FogType, RampBy, Style};
 
-/// All that shader text depends on.
-///
-/// Less than [`Effects`]: what has no effect beside others is left out, so that variants that draw the same are the same.
+/// All that shader text depends on: the effects that have a bearing, and the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Variant {
-    pub geometry: GeometryKind,
-    pub directional: u8,
-    pub point: u8,
-    pub ambient: bool,
-    pub specular: bool,
-    pub emissive: bool,
-    pub color_map: bool,
-    /// Coloured by level. (Colours by part are two plain colours, which need no shader.)
-    pub levels: bool,
-    pub morph: bool,
+    pub effects: Effects,
     /// Whether the shader has to encode what it writes.
     pub encode_srgb: bool,
 }
 
 impl Variant {
     pub(super) fn new(effects: &Effects, format: wgpu::TextureFormat) -> Result<Self, RenderError> {
-        let terrain = effects.geometry != GeometryKind::Mesh;
-        let plain = effects.debug_color == DebugColor::Plain;
-        if !terrain && (effects.color_map || !plain) {
-            return Err(RenderError::Effects("colour maps and colours for study are for terrains, not for meshes"));
+        let e = effects;
+        let colors = e.color_map || e.ramp.is_some() || e.contours || e.detail_textures || e.normal_map;
+        if e.geometry == GeometryKind::Mesh && (colors || e.debug_color != DebugColor::Plain) {
+            return Err(RenderError::Effects(
+                "maps, ramps and lines and colours for study are for terrains, not for meshes",
+            ));
         }
-        if !terrain && effects.morph {
+        if e.geometry == GeometryKind::Mesh && e.morph {
             return Err(RenderError::Effects("heights that blend between levels are for terrains, not for meshes"));
         }
-        let lit = effects.lit();
-        Ok(Self {
-            geometry: effects.geometry,
-            directional: effects.directional_lights,
-            point: effects.point_lights,
-            ambient: lit && effects.ambient,
-            specular: lit && effects.specular,
-            emissive: lit && effects.emissive,
-            color_map: effects.color_map && plain,
-            levels: effects.debug_color == DebugColor::Levels,
-            morph: effects.morph,
-            encode_srgb: !format.is_srgb(),
-        })
+        // Colours by part are two plain colours, which need no shader of their own.
+        let debug_color = match effects.debug_color {
+            DebugColor::Parts => DebugColor::Plain,
+            other => other,
+        };
+        Ok(Self { effects: Effects { debug_color, ..effects.reduced() }, encode_srgb: encodes(format) })
     }
 
     pub(super) fn terrain(&self) -> bool {
-        self.geometry != GeometryKind::Mesh
+        self.effects.geometry != GeometryKind::Mesh
     }
 
-    /// Whether heights are integers.
-    pub(super) fn integers(&self) -> bool {
-        matches!(self.geometry, GeometryKind::TerrainU16 | GeometryKind::LooseU16)
+    /// Whether heights are floats instead of integers.
+    pub(super) fn float_heights(&self) -> bool {
+        matches!(self.effects.geometry, GeometryKind::TerrainF32 | GeometryKind::LooseF32)
     }
 
-    pub(super) fn lit(&self) -> bool {
-        self.directional > 0 || self.point > 0
+    /// Whether fragments need to know how far the sides of their triangle are.
+    pub(super) fn edges(&self) -> bool {
+        matches!(self.effects.style, Style::Lines | Style::FilledLines)
+    }
+
+    /// Whether vertices are told their place in the patch by a list of indices, one after the other. Loose triangles have
+    /// corners of their own anyway.
+    pub(super) fn listed_places(&self) -> bool {
+        self.edges() && self.terrain() && !self.effects.geometry.is_loose()
+    }
+
+    /// Whether fragments read the gradients of a map.
+    pub(super) fn gradients(&self) -> bool {
+        let e = &self.effects;
+        self.terrain() && (e.lit() || e.ramp == Some(RampBy::Slope) || e.debug_color == DebugColor::Normals)
     }
 
     /// Whether fragments need to know where they are.
     pub(super) fn position(&self) -> bool {
-        self.point > 0 || self.specular
+        let e = &self.effects;
+        e.point_lights > 0 || e.spot_lights > 0 || e.specular || e.fog != FogType::None
     }
 
     /// The WGSL.
     pub(super) fn text(&self) -> Result<String, RenderError> {
-        let counts = format!("const DIRECTIONAL = {}u;\nconst POINT = {}u;\n", self.directional, self.point);
-        let mut modules = VirtualResolver::new();
-        let sources = MODULES.iter().copied().chain([("counts", counts.as_str())]);
-        for (name, source) in sources {
-            modules.add_module(path(name)?, source.into());
-        }
-        let flags = [
+        let e = &self.effects;
+        let counts = format!(
+            "const DIRECTIONAL = {}u;\nconst POINT = {}u;\nconst SPOT = {}u;\n",
+            e.directional_lights, e.point_lights, e.spot_lights
+        );
+        // What follows from several effects.
+        let common = [
             ("terrain", self.terrain()),
             ("mesh", !self.terrain()),
-            ("loose", self.geometry.is_loose()),
-            ("u16", self.integers()),
-            ("lit", self.lit()),
-            ("directional", self.directional > 0),
-            ("point", self.point > 0),
-            ("ambient", self.ambient),
-            ("specular", self.specular),
-            ("emissive", self.emissive),
+            ("loose", e.geometry.is_loose()),
+            ("u16", !self.float_heights()),
+            ("lit", e.lit()),
+            ("air", e.fog != FogType::None),
             ("position", self.position()),
-            ("color_map", self.color_map),
-            ("levels", self.levels),
-            ("morph", self.morph),
+            ("normals", e.lit() || e.debug_color == DebugColor::Normals),
+            ("edges", self.edges()),
+            ("gradients", self.gradients()),
+            ("lattice", self.gradients() || e.color_map || e.detail_textures),
+            ("relative_height", e.ramp == Some(RampBy::Height) || e.contours),
+            ("ramp", e.ramp.is_some()),
+            ("albedo", e.color_map || e.ramp.is_some() || e.detail_textures),
             ("encode_srgb", self.encode_srgb),
         ];
-        let options = CompileOptions {
-            features: Features {
-                // A flag that is misspelt in a module is an error.
-                default: Feature::Error,
-                flags: flags.into_iter().map(|(name, on)| (name.to_owned(), on.into())).collect(),
-            },
-            // The modules' names are distinct, and stay readable.
-            ..CompileOptions::default()
-        };
-        let mut compiler = Wesl::new_barebones().set_custom_resolver(modules);
-        compiler.set_options(options);
-        compiler.set_mangler(ManglerKind::None);
-        let result = compiler.compile(&path("main")?).map_err(|e| RenderError::Shader(e.to_string()))?;
-        Ok(result.to_string())
+        let flags = EFFECTS.iter().map(|effect| (effect.name.replace('-', "_"), effect.is_on(e)));
+        translate("main", &counts, flags.chain(common.map(|(name, on)| (name.to_owned(), on))))
     }
 }
 
-const MODULES: [(&str, &str); 9] = [
+/// The WGSL of the sky for targets of this format.
+pub(super) fn sky_text(format: wgpu::TextureFormat) -> Result<String, RenderError> {
+    translate(
+        "sky",
+        "",
+        [("encode_srgb", encodes(format)), ("color_by_normal", false)]
+            .into_iter()
+            .map(|(name, on)| (name.to_owned(), on)),
+    )
+}
+
+/// Puts a module and what it imports together. `counts` is the text of one more module, with numbers.
+fn translate(main: &str, counts: &str, flags: impl Iterator<Item = (String, bool)>) -> Result<String, RenderError> {
+    let mut modules = VirtualResolver::new();
+    for (name, source) in MODULES.into_iter().chain([("counts", counts)]) {
+        modules.add_module(path(name)?, source.into());
+    }
+    let options = CompileOptions {
+        features: Features {
+            // A flag that is misspelt in a module is an error.
+            default: Feature::Error,
+            flags: flags.map(|(name, on)| (name, on.into())).collect(),
+        },
+        // The modules' names are distinct, and stay readable.
+        ..CompileOptions::default()
+    };
+    let mut compiler = Wesl::new_barebones().set_custom_resolver(modules);
+    compiler.set_options(options);
+    compiler.set_mangler(ManglerKind::None);
+    let result = compiler.compile(&path(main)?).map_err(|e| RenderError::Shader(e.to_string()))?;
+    Ok(result.to_string())
+}
+
+/// Whether shaders encode sRGB for targets of this format: integers without an encoding of their own. Floats are given
+/// linear light.
+pub(super) fn encodes(format: wgpu::TextureFormat) -> bool {
+    use wgpu::TextureFormat::{R16Float, R32Float, Rg11b10Ufloat, Rg16Float, Rg32Float, Rgba16Float, Rgba32Float};
+    let floats =
+        matches!(format, R16Float | R32Float | Rg16Float | Rg32Float | Rg11b10Ufloat | Rgba16Float | Rgba32Float);
+    !format.is_srgb() && !floats
+}
+
+const MODULES: [(&str, &str); 16] = [
+    ("fog", include_str!("../../shaders/fog.wesl")),
+    ("ramp", include_str!("../../shaders/ramp.wesl")),
+    ("contours", include_str!("../../shaders/contours.wesl")),
+    ("detail_textures", include_str!("../../shaders/detail_textures.wesl")),
+    ("normal_map", include_str!("../../shaders/normal_map.wesl")),
+    ("edges", include_str!("../../shaders/edges.wesl")),
+    ("sky", include_str!("../../shaders/sky.wesl")),
     ("main", include_str!("../../shaders/main.wesl")),
     ("draw", include_str!("../../shaders/draw.wesl")),
     ("terrain", include_str!("../../shaders/terrain.wesl")),
@@ -134,20 +170,10 @@ fn path(module: &str) -> Result<ModulePath, RenderError> {
 /// # Example
 ///
 /// ```
-/// use seamount::action::{DebugColor, Effects, GeometryKind};
+/// use seamount::action::{Effects, GeometryKind};
 /// use seamount::render::shader_text;
 ///
-/// let mut effects = Effects {
-///     geometry: GeometryKind::TerrainU16,
-///     directional_lights: 1,
-///     point_lights: 0,
-///     specular: false,
-///     color_map: false,
-///     debug_color: DebugColor::Plain,
-///     ambient: false,
-///     emissive: false,
-///     morph: false,
-/// };
+/// let mut effects = Effects { geometry: GeometryKind::TerrainU16, directional_lights: 1, ..Effects::default() };
 /// let format = wgpu::TextureFormat::Rgba8UnormSrgb;
 /// assert!(!shader_text(&effects, format)?.contains("specular"));
 /// effects.specular = true;

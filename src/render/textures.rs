@@ -5,10 +5,12 @@ use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 
 use super::RenderError;
+use super::bindings::Slot;
 use super::cache::Cache;
 use super::error::guarded;
-use super::mips::{ColorHalver, Level, full_chain, half_gradients};
-use crate::node::TextureFilter;
+use super::mips::{ColorHalver, Level, full_chain, half_data, half_gradients};
+use crate::action::{ColorMap, Draw, Geometry};
+use crate::node::{TextureFilter, Wrap};
 use crate::scene::Image;
 use crate::terrain::{HeightField, Samples};
 
@@ -29,8 +31,8 @@ pub(super) struct Texture {
 pub(super) struct Textures {
     heights: Cache<u64, Texture>,
     gradients: Cache<u64, Texture>,
-    colors: Cache<(u64, bool), Texture>,
-    samplers: Cache<TextureFilter, wgpu::Sampler>,
+    colors: Cache<ImageKey, Texture>,
+    samplers: Cache<SamplerKey, wgpu::Sampler>,
     /// Bytes sent since the last frame began.
     pub uploaded: u64,
 }
@@ -44,7 +46,118 @@ pub(super) struct Gpu<'a> {
     pub frame: u64,
 }
 
+/// What a sampler depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct SamplerKey {
+    filter: TextureFilter,
+    wrap: [Wrap; 2],
+}
+
+impl SamplerKey {
+    /// A number for each.
+    fn bits(self) -> u64 {
+        self.wrap.into_iter().fold(self.filter.bits(), |bits, wrap| bits << 1 | u64::from(wrap == Wrap::Repeat))
+    }
+}
+
+/// What an image on the device depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct ImageKey {
+    image: u64,
+    mipmaps: bool,
+    /// Numbers as they are, not colours in sRGB.
+    data: bool,
+}
+
+impl ImageKey {
+    fn new(map: &ColorMap, slot: Slot) -> Self {
+        Self {
+            image: map.image.id(),
+            mipmaps: map.filter.mipmaps,
+            data: matches!(slot, Slot::DetailMask | Slot::NormalMap),
+        }
+    }
+
+    /// A number for each.
+    fn bits(self) -> u64 {
+        self.image << 2 | u64::from(self.mipmaps) << 1 | u64::from(self.data)
+    }
+}
+
+/// The image that a draw has for a slot of an image or of its sampler.
+fn image_in(draw: &Draw, slot: Slot) -> Option<&ColorMap> {
+    let detail = draw.coloring.detail.as_ref();
+    let texture = |k: usize| detail.and_then(|detail| detail.textures.get(k));
+    match (slot, &draw.geometry) {
+        (Slot::ColorMap | Slot::ColorMapSampler, Geometry::Terrain(terrain)) => terrain.color_map.as_ref(),
+        (Slot::DetailMask | Slot::DetailMaskSampler, _) => detail.map(|detail| &detail.mask),
+        (Slot::DetailTexture0 | Slot::DetailTextureSampler, _) => texture(0),
+        (Slot::NormalMap | Slot::NormalMapSampler, _) => draw.coloring.relief.as_ref().map(|relief| &relief.map),
+        (Slot::DetailTexture1, _) => texture(1),
+        (Slot::DetailTexture2, _) => texture(2),
+        (Slot::DetailTexture3, _) => texture(3),
+        _ => None,
+    }
+}
+
+/// What is put into a slot of the bindings.
+#[derive(Debug)]
+pub(super) enum Content {
+    View(wgpu::TextureView),
+    Sampler(wgpu::Sampler),
+}
+
+impl Content {
+    pub(super) fn resource(&self) -> wgpu::BindingResource<'_> {
+        match self {
+            Content::View(view) => wgpu::BindingResource::TextureView(view),
+            Content::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
+        }
+    }
+}
+
 impl Textures {
+    /// What a draw has for a slot, and a number that tells it from whatever else may be in the same slot.
+    pub(super) fn content(&mut self, gpu: Gpu<'_>, draw: &Draw, slot: Slot) -> Result<(u64, Content), RenderError> {
+        let Geometry::Terrain(terrain) = &draw.geometry else {
+            return Err(RenderError::Effects("the effects are for another kind of geometry"));
+        };
+        let field = &terrain.heights;
+        let image = || image_in(draw, slot).ok_or(RenderError::Effects("an image is asked for, but there is none"));
+        Ok(match slot {
+            Slot::Heights => (field.id(), Content::View(self.heights(gpu, field)?.view.clone())),
+            Slot::Gradients => (field.id(), Content::View(self.gradients(gpu, field)?.view.clone())),
+            Slot::GradientSampler => {
+                let key = SamplerKey { filter: SMOOTH, wrap: [Wrap::Clamp; 2] };
+                (0, Content::Sampler(self.sampler(gpu, key)?.clone()))
+            }
+            sampler if sampler.is_sampler() => {
+                let map = image()?;
+                let key = SamplerKey { filter: map.filter, wrap: map.wrap };
+                (key.bits(), Content::Sampler(self.sampler(gpu, key)?.clone()))
+            }
+            _ => {
+                let map = image()?;
+                let key = ImageKey::new(map, slot);
+                (key.bits(), Content::View(self.colors(gpu, &map.image, key)?.view.clone()))
+            }
+        })
+    }
+
+    /// Bytes on the device of what a draw has for a slot.
+    pub(super) fn held(&self, draw: &Draw, slot: Slot) -> u64 {
+        let Geometry::Terrain(terrain) = &draw.geometry else { return 0 };
+        let field = terrain.heights.id();
+        let colors = |map: &ColorMap| self.colors.peek(&ImageKey::new(map, slot));
+        let texture = match slot {
+            Slot::Heights => self.heights.peek(&field),
+            Slot::Gradients => self.gradients.peek(&field),
+            slot if slot.is_sampler() => None,
+            _ => image_in(draw, slot).and_then(colors),
+        };
+        texture.map_or(0, |texture| texture.bytes)
+    }
+
     /// The samples of a map, at the depth of its file.
     pub(super) fn heights(&mut self, gpu: Gpu<'_>, field: &HeightField) -> Result<&Texture, RenderError> {
         let uploaded = &mut self.uploaded;
@@ -77,20 +190,20 @@ impl Textures {
         })
     }
 
-    /// An image as colours; with smaller copies if asked for.
-    pub(super) fn colors(&mut self, gpu: Gpu<'_>, image: &Image, mipmaps: bool) -> Result<&Texture, RenderError> {
+    /// An image as colours or as numbers; with smaller copies if asked for.
+    fn colors(&mut self, gpu: Gpu<'_>, image: &Image, key: ImageKey) -> Result<&Texture, RenderError> {
         let uploaded = &mut self.uploaded;
-        self.colors.get((image.id(), mipmaps), gpu.frame, || {
+        self.colors.get(key, gpu.frame, || {
             let (width, height) = (image.width(), image.height());
-            let levels = if mipmaps { full_chain(width, height) } else { 1 };
-            let format = wgpu::TextureFormat::Rgba8UnormSrgb;
+            let levels = if key.mipmaps { full_chain(width, height) } else { 1 };
+            let format = if key.data { wgpu::TextureFormat::Rgba8Unorm } else { wgpu::TextureFormat::Rgba8UnormSrgb };
             let texture = create(gpu.device, "a colour map", format, [width, height], levels)?;
             let mut level = Level { width, height, texels: image.rgba8() };
             upload(gpu, &texture, 0, bytemuck::cast_slice(&level.texels), uploaded)?;
             if levels > 1 {
                 let halver = ColorHalver::new();
                 for index in 1..levels {
-                    level = halver.half(&level);
+                    level = if key.data { half_data(&level) } else { halver.half(&level) };
                     upload(gpu, &texture, index, bytemuck::cast_slice(&level.texels), uploaded)?;
                 }
             }
@@ -98,12 +211,18 @@ impl Textures {
         })
     }
 
-    /// A sampler that clamps at the border.
-    pub(super) fn sampler(&mut self, gpu: Gpu<'_>, filter: TextureFilter) -> Result<&wgpu::Sampler, RenderError> {
+    fn sampler(&mut self, gpu: Gpu<'_>, key: SamplerKey) -> Result<&wgpu::Sampler, RenderError> {
         let mode = |linear| if linear { wgpu::FilterMode::Linear } else { wgpu::FilterMode::Nearest };
-        self.samplers.get(filter, gpu.frame, || {
+        let address = |wrap| match wrap {
+            Wrap::Repeat => wgpu::AddressMode::Repeat,
+            Wrap::Clamp => wgpu::AddressMode::ClampToEdge,
+        };
+        self.samplers.get(key, gpu.frame, || {
+            let SamplerKey { filter, wrap: [s, t] } = key;
             let descriptor = wgpu::SamplerDescriptor {
                 label: Some("texture filter"),
+                address_mode_u: address(s),
+                address_mode_v: address(t),
                 min_filter: mode(filter.min_linear),
                 mag_filter: mode(filter.mag_linear),
                 mipmap_filter: if filter.mip_linear {
@@ -131,8 +250,7 @@ impl Textures {
 }
 
 /// The filter for gradients: linear in every way.
-pub(super) const SMOOTH: TextureFilter =
-    TextureFilter { min_linear: true, mag_linear: true, mipmaps: true, mip_linear: true };
+const SMOOTH: TextureFilter = TextureFilter { min_linear: true, mag_linear: true, mipmaps: true, mip_linear: true };
 
 fn create(
     device: &wgpu::Device,

@@ -1,9 +1,12 @@
 //! The bytes of `struct Draw` in `shaders/draw.wesl`: the same members under the same conditions in the same order.
 
-use glam::{Mat3, Mat4, UVec4, Vec3, Vec4};
+use glam::{Mat3, Mat4, UVec4, Vec2, Vec3, Vec4};
 
 use super::shader::Variant;
-use crate::action::{Draw, FrameLight, Geometry, linear_color};
+use crate::action::{
+    Attenuation, Cone, ContourStyle, DebugColor, Draw, FrameLight, Geometry, RampMap, Sky, linear_color,
+};
+use crate::node::{FogType, RAMP_STOPS, Ramp};
 
 /// Colours of the levels, the finest first: the palette of Okabe and Ito, which people with any colour vision can tell
 /// apart, with grey for black. sRGB.
@@ -51,6 +54,16 @@ impl Writer<'_> {
     }
 }
 
+/// Appends the uniforms of the sky, as `struct Sky` in `shaders/sky.wesl` has them; returns how many bytes they are.
+pub(super) fn write_sky(sky: &Sky, out: &mut Vec<u8>) -> u64 {
+    let start = out.len();
+    let mut w = Writer(out);
+    for v in [sky.horizon, sky.zenith].into_iter().chain(sky.rays) {
+        w.vec3(v, 0.0);
+    }
+    (out.len() - start) as u64
+}
+
 /// Appends the uniforms of a draw; returns how many bytes they are. `gradient_factor` takes stored gradients to raw ones.
 pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_factor: f32, out: &mut Vec<u8>) -> u64 {
     let start = out.len();
@@ -59,7 +72,10 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
     if variant.position() {
         w.mat4(&draw.eye_from_rel);
     }
-    if variant.lit() {
+    let e = &variant.effects;
+    let levels = e.debug_color == DebugColor::Levels;
+    let normals = e.debug_color == DebugColor::Normals;
+    if e.lit() || normals {
         w.mat3(&draw.normal_from_rel);
     }
     if let Geometry::Terrain(terrain) = &draw.geometry {
@@ -67,47 +83,108 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
         let [cells_u, cells_v] = terrain.heights.cells();
         w.uvec4(UVec4::new(u, v, cells_u, cells_v));
         w.vec4(Vec4::new(raw, gradient_factor, 0.0, 0.0));
-        if variant.morph {
+        if e.morph {
             w.uvec4(UVec4::new(terrain.parts.resolutions().max(), 0, 0, 0));
         }
-        if variant.levels {
+        if levels {
             LEVEL_COLORS.into_iter().for_each(|c| w.vec3(linear(c), 1.0));
             w.uvec4(UVec4::new(terrain.branching.trailing_zeros().max(1), 0, 0, 0));
         }
     }
-    let m = &draw.material;
-    if !variant.levels {
-        w.vec3(diffuse, 1.0);
+    let coloring = &draw.coloring;
+    if e.color_map_transform {
+        let rows = coloring.color_uv.unwrap_or_default();
+        rows.into_iter().for_each(|row| w.vec3(row, 0.0));
     }
-    if variant.ambient {
+    if e.ramp.is_some() {
+        let map = coloring.ramp.unwrap_or(RampMap { ramp: Ramp::Gray, scale: 0.0, offset: 0.0, slope: Vec2::ZERO });
+        let stops = map.ramp.stops();
+        // The last one again, up to the length of the list.
+        for (place, color) in stops.iter().chain(stops.last().into_iter().cycle()).take(RAMP_STOPS) {
+            w.vec3(linear(*color), *place);
+        }
+        w.vec4(Vec4::new(map.scale, map.offset, map.slope.x, map.slope.y));
+    }
+    if e.contours {
+        let none = ContourStyle { scale: 0.0, offset: 0.5, width: 0.0, color: Vec3::ZERO };
+        let lines = coloring.contours.unwrap_or(none);
+        w.vec4(Vec4::new(lines.scale, lines.offset, 0.5 * lines.width, 0.0));
+        w.vec3(lines.color, 0.0);
+    }
+    if e.detail_textures {
+        let tiles = coloring.detail.as_ref().map_or(Vec2::ONE, |detail| detail.tiles);
+        w.vec4(Vec4::new(tiles.x, tiles.y, 0.0, 0.0));
+    }
+    let m = &draw.material;
+    if e.normal_map {
+        let (tiles, raw) = coloring.relief.as_ref().map_or((Vec2::ONE, Vec2::ZERO), |r| (r.tiles, r.raw_per_slope));
+        w.vec4(Vec4::new(tiles.x, tiles.y, raw.x, raw.y));
+    }
+    if variant.edges() {
+        w.vec3(draw.lines.color, 0.5 * draw.lines.width);
+    }
+    if !levels && !normals {
+        w.vec3(diffuse, m.opacity);
+    }
+    if e.ambient {
         w.vec3(draw.ambient * m.ambient, 0.0);
     }
-    if variant.specular {
+    if e.specular {
         w.vec3(m.specular, 128.0 * m.shininess);
+    }
+    let air = e.fog != FogType::None;
+    if e.specular || air {
         match draw.towards_eye {
             Some(direction) => w.vec3(direction, 0.0),
             None => w.vec3(Vec3::ZERO, 1.0),
         }
     }
-    if variant.emissive {
+    if air {
+        w.vec3(draw.fog.color, draw.fog.rate);
+    }
+    if e.emissive {
         w.vec3(m.emissive, 0.0);
     }
-    let mut lights = |count: u8, select: &dyn Fn(&FrameLight) -> Option<(Vec3, Vec3)>| {
-        let found = draw.lights.iter().filter_map(select);
+    let some = |count: u8, kind: fn(&FrameLight) -> bool| {
         // Lights that the effects count but the draw does not have are black.
-        let dark = std::iter::repeat((Vec3::Z, Vec3::ZERO));
-        for (place, color) in found.chain(dark).take(count.into()) {
-            w.vec3(place, 0.0);
-            w.vec3(color, 0.0);
+        let found = draw.lights.iter().filter(move |light| kind(light)).map(Some);
+        found.chain(std::iter::repeat(None)).take(count.into())
+    };
+    let attenuation = |w: &mut Writer<'_>, a: &Attenuation| {
+        if e.attenuation {
+            w.vec4(Vec4::new(a.constant, a.linear, a.quadratic, 0.0));
         }
     };
-    lights(variant.directional, &|light| match *light {
-        FrameLight::Directional { towards, color } => Some((towards, color)),
-        FrameLight::Point { .. } => None,
-    });
-    lights(variant.point, &|light| match *light {
-        FrameLight::Point { position, color } => Some((position, color)),
-        FrameLight::Directional { .. } => None,
-    });
+    for light in some(e.directional_lights, |l| matches!(l, FrameLight::Directional { .. })) {
+        let Some(FrameLight::Directional { towards, color }) = light else {
+            w.vec3(Vec3::Z, 0.0);
+            w.vec3(Vec3::ZERO, 0.0);
+            continue;
+        };
+        w.vec3(*towards, 0.0);
+        w.vec3(*color, 0.0);
+    }
+    for light in some(e.point_lights, |l| matches!(l, FrameLight::Point { .. })) {
+        let (position, color, weakening) = match light {
+            Some(FrameLight::Point { position, color, attenuation }) => (*position, *color, *attenuation),
+            _ => (Vec3::Z, Vec3::ZERO, Attenuation::NONE),
+        };
+        w.vec3(position, 0.0);
+        w.vec3(color, 0.0);
+        attenuation(&mut w, &weakening);
+    }
+    for light in some(e.spot_lights, |l| matches!(l, FrameLight::Spot { .. })) {
+        let dark = (Vec3::Z, Vec3::ZERO, Attenuation::NONE, Vec3::Z, Cone { cos_cut_off: 1.0, exponent: 0.0 });
+        let (position, color, weakening, direction, cone) = match light {
+            Some(FrameLight::Spot { position, color, attenuation, direction, cone }) => {
+                (*position, *color, *attenuation, *direction, *cone)
+            }
+            _ => dark,
+        };
+        w.vec3(position, cone.cos_cut_off);
+        w.vec3(color, cone.exponent);
+        w.vec3(direction, 0.0);
+        attenuation(&mut w, &weakening);
+    }
     (out.len() - start) as u64
 }

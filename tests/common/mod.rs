@@ -1,6 +1,9 @@
 //! Helpers that several tests share.
 #![allow(dead_code, missing_docs, unreachable_pub, reason = "each test uses its own part of this module")]
 
+#[cfg(feature = "render")]
+pub mod gpu;
+
 use std::collections::HashMap;
 
 use seamount::terrain::{ActivePatch, Hierarchy, Selection, Side, side_vertices};

@@ -1,0 +1,113 @@
+//! Where the colours of a terrain come from: maps, ramps, lines.
+
+use glam::{DAffine2, DAffine3, DMat2, DVec2, Vec3};
+
+use super::frame::{ColorMap, Coloring, ContourStyle, DetailMaps, RampMap, Relief, TerrainDraw};
+use super::{DrawContext, ShapeError};
+use crate::node::{LightingModel, RampBy, Role, TextureFilter, Wrap};
+
+impl DrawContext<'_> {
+    /// The image on a texture unit as colours, filtered as the Complexity says; `None` if the unit is empty.
+    ///
+    /// # Errors
+    ///
+    /// When the image can not be had.
+    pub fn color_map(&self, unit: u32) -> Result<Option<ColorMap>, ShapeError> {
+        let state = self.shape.state;
+        let filter = TextureFilter::of_quality(state.complexity.texture_quality);
+        // Edge to edge nothing is beyond the border, and nothing is to mix with it.
+        let wrap = match (state.texture_transform(unit), state.texture(unit)) {
+            (Some(_), Some(texture)) => texture.wrap,
+            _ => [Wrap::Clamp; 2],
+        };
+        Ok(self.shape.image(unit)?.map(|image| ColorMap { image, filter, wrap }))
+    }
+
+    /// What colours a terrain beside material and colour map.
+    pub(super) fn coloring(&self, terrain: &TerrainDraw, local_from_rel: &DAffine3) -> Result<Coloring, ShapeError> {
+        let state = self.shape.state;
+        let z_step = local_from_rel.matrix3.z_axis.z;
+        let cell = DVec2::new(local_from_rel.matrix3.x_axis.x, local_from_rel.matrix3.y_axis.y);
+        // Relative heights are 0 at the anchor.
+        let anchor = local_from_rel.translation.z;
+
+        let ramp = match &state.color_ramp {
+            None => None,
+            Some(ramp) => {
+                let range = match (ramp.range, ramp.by) {
+                    (Some(range), _) => range,
+                    (None, RampBy::Height) => self.height_range()?,
+                    (None, RampBy::Slope) => DVec2::new(0.0, std::f64::consts::FRAC_PI_4),
+                };
+                // A flat map has the colour in the middle of the ramp.
+                let (from, length) = match range.y - range.x {
+                    0.0 => (range.x - 0.5, 1.0),
+                    length => (range.x, length),
+                };
+                let (per_value, zero) = match ramp.by {
+                    RampBy::Height => (z_step, anchor),
+                    RampBy::Slope => (1.0, 0.0),
+                };
+                Some(RampMap {
+                    ramp: ramp.ramp,
+                    scale: (per_value / length) as f32,
+                    offset: ((zero - from) / length) as f32,
+                    slope: (DVec2::splat(z_step) / cell).as_vec2(),
+                })
+            }
+        };
+        let contours = state.contour_lines.as_ref().map(|lines| ContourStyle {
+            scale: (z_step / lines.interval) as f32,
+            // Whole intervals change nothing; what is left is small, and exact.
+            offset: (anchor / lines.interval).rem_euclid(1.0) as f32,
+            width: lines.width,
+            color: lines.color.linear(),
+        });
+        let detail = match &state.detail_textures {
+            None => None,
+            Some(detail) => {
+                let need = |unit: u32, wrap: Wrap, what: &'static str| {
+                    let map = self.color_map(unit)?.ok_or(ShapeError::NoTexture { unit, what })?;
+                    Ok::<_, ShapeError>(ColorMap { wrap: [wrap; 2], ..map })
+                };
+                let texture = |k: u32| need(detail.first.saturating_add(k), Wrap::Repeat, "a detail texture");
+                Some(Box::new(DetailMaps {
+                    mask: need(detail.mask, Wrap::Clamp, "the mask of the detail textures")?,
+                    textures: [texture(0)?, texture(1)?, texture(2)?, texture(3)?],
+                    tiles: (cell.abs() / detail.size).as_vec2(),
+                }))
+            }
+        };
+        let lit = state.light_model.model == LightingModel::Phong && !state.lights.is_empty();
+        let relief = match state.normal_map.as_ref().filter(|_| lit && z_step != 0.0) {
+            None => None,
+            Some(normals) => {
+                let map = self.color_map(normals.unit)?;
+                let map = map.ok_or(ShapeError::NoTexture { unit: normals.unit, what: "the normal map" })?;
+                Some(Relief {
+                    map: ColorMap { wrap: [Wrap::Repeat; 2], ..map },
+                    tiles: (cell.abs() / normals.size).as_vec2(),
+                    raw_per_slope: (cell / z_step).as_vec2(),
+                })
+            }
+        };
+        let moved = terrain.color_map.as_ref().and_then(|_| state.texture_transform(state.program.color_unit));
+        let color_uv = moved.map(|(transform, _)| {
+            // (column, row) to (s, t), t upwards; moved; and back to rows that run down.
+            let cells = terrain.heights.cells().map(f64::from);
+            let upwards = DAffine2::from_mat2_translation(DMat2::from_diagonal(DVec2::new(1.0, -1.0)), DVec2::Y);
+            let map = upwards * transform * upwards * DAffine2::from_scale(DVec2::from_array(cells).recip());
+            let row = |k: usize| Vec3::new(map.x_axis[k] as f32, map.y_axis[k] as f32, map.translation[k] as f32);
+            [row(0), row(1)]
+        });
+        Ok(Coloring { ramp, contours, detail, relief, color_uv })
+    }
+
+    /// The lowest and the highest local z of the shape.
+    fn height_range(&self) -> Result<DVec2, ShapeError> {
+        let Some(Role::Shape(shape)) = self.shape.path.tail().and_then(|key| self.shape.scene.role(key)) else {
+            return Ok(DVec2::Y);
+        };
+        Ok(shape.bounds(&self.shape)?.map_or(DVec2::Y, |bounds| DVec2::new(bounds.min.z, bounds.max.z)))
+    }
+}

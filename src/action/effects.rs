@@ -1,0 +1,197 @@
+//! The table of effects, and which node asked for which.
+
+use std::cmp::Ordering;
+
+use super::frame::{DebugColor, Draw, Effects, Frame, GeometryKind};
+use super::render::Render;
+use super::walk::{Go, Visitor, walk};
+use super::{ActionError, Aspect, Branches, Cameras, LightSource, RenderAction, State, View};
+use crate::node::{FogType, RampBy, ShapeNode, Style};
+use crate::scene::{Path, Scene};
+
+/// One line of the table of [`EFFECTS`].
+///
+/// The name with underscores for hyphens is the flag under which the modules in `shaders/` know the effect.
+#[derive(Debug, Clone, Copy)]
+pub struct EffectInfo {
+    /// Name, for reports.
+    pub name: &'static str,
+    count: fn(&Effects) -> u8,
+    askers: fn(&State) -> Vec<Option<u64>>,
+}
+
+impl EffectInfo {
+    /// How often a draw has the effect: the number of lights of a kind; 0 or 1 for others.
+    #[must_use]
+    pub fn count(&self, effects: &Effects) -> u8 {
+        (self.count)(effects)
+    }
+
+    /// Whether a draw has the effect.
+    #[must_use]
+    pub fn is_on(&self, effects: &Effects) -> bool {
+        self.count(effects) > 0
+    }
+
+    /// The name, with the number of lights: `point-light×2`.
+    #[must_use]
+    pub fn name_in(&self, effects: &Effects) -> String {
+        match self.name.ends_with("-light") {
+            true => format!("{}×{}", self.name, self.count(effects)),
+            false => self.name.to_owned(),
+        }
+    }
+}
+
+fn on(flag: bool) -> u8 {
+    flag.into()
+}
+
+fn by(aspects: &[Aspect], state: &State) -> Vec<Option<u64>> {
+    aspects.iter().map(|&aspect| state.credited(aspect)).collect()
+}
+
+fn by_lights(state: &State, kind: fn(&LightSource) -> bool) -> Vec<Option<u64>> {
+    state.lights.iter().filter(|light| kind(&light.source)).map(|light| Some(light.visit)).collect()
+}
+
+fn by_texture(state: &State, unit: u32) -> Vec<Option<u64>> {
+    vec![state.texture(unit).map(|texture| texture.visit)]
+}
+
+/// What the shape itself asks for.
+fn by_shape(_: &State) -> Vec<Option<u64>> {
+    Vec::new()
+}
+
+macro_rules! effects {
+    ($($name:literal, $count:expr, $askers:expr;)*) => {
+        &[$(EffectInfo { name: $name, count: $count, askers: $askers }),*]
+    };
+}
+
+/// All effects: name, how [`Effects`] says that a draw has it, and what of the State asked for it.
+#[rustfmt::skip]
+pub const EFFECTS: &[EffectInfo] = effects! {
+    "directional-light", |e| e.directional_lights, |s| by_lights(s, |l| matches!(l, LightSource::Directional { .. }));
+    "point-light",       |e| e.point_lights,       |s| by_lights(s, |l| matches!(l, LightSource::Point { .. }));
+    "spot-light",        |e| e.spot_lights,        |s| by_lights(s, |l| matches!(l, LightSource::Spot { .. }));
+    "attenuation",       |e| on(e.attenuation),    |s| by_lights(s, LightSource::attenuates);
+    "ambient",           |e| on(e.ambient),        |s| by(&[Aspect::Environment, Aspect::Material], s);
+    "specular",          |e| on(e.specular),       |s| by(&[Aspect::Material], s);
+    "emissive",          |e| on(e.emissive),       |s| by(&[Aspect::Material], s);
+    "transparency",      |e| on(e.transparency),   |s| by(&[Aspect::Material], s);
+    "haze",              |e| on(e.fog == FogType::Haze),  |s| by(&[Aspect::Environment], s);
+    "fog",               |e| on(e.fog == FogType::Fog),   |s| by(&[Aspect::Environment], s);
+    "smoke",             |e| on(e.fog == FogType::Smoke), |s| by(&[Aspect::Environment], s);
+    "color-map",         |e| on(e.color_map),      |s| by_texture(s, s.program.color_unit);
+    "color-map-transform", |e| on(e.color_map_transform),
+                                                   |s| vec![s.texture_transform(s.program.color_unit).map(|t| t.1)];
+    "height-ramp",       |e| on(e.ramp == Some(RampBy::Height)), |s| by(&[Aspect::ColorRamp], s);
+    "slope-ramp",        |e| on(e.ramp == Some(RampBy::Slope)),  |s| by(&[Aspect::ColorRamp], s);
+    "contours",          |e| on(e.contours),       |s| by(&[Aspect::ContourLines], s);
+    "detail-textures",   |e| on(e.detail_textures), |s| by(&[Aspect::DetailTextures], s);
+    "normal-map",        |e| on(e.normal_map),     |s| by(&[Aspect::NormalMap], s);
+    "morph",             |e| on(e.morph),          by_shape;
+    "color-by-part",     |e| on(e.debug_color == DebugColor::Parts), by_shape;
+    "color-by-level",    |e| on(e.debug_color == DebugColor::Levels), by_shape;
+    "color-by-normal",   |e| on(e.debug_color == DebugColor::Normals), by_shape;
+    "lines",             |e| on(e.style == Style::Lines),       |s| by(&[Aspect::DrawStyle], s);
+    "lines-on-faces",    |e| on(e.style == Style::FilledLines), |s| by(&[Aspect::DrawStyle], s);
+};
+
+/// What one draw of a scene costs by its effects, and which nodes asked for them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrawEffects {
+    /// The shape, from the root, as in [`ActionError`].
+    pub path: Vec<String>,
+    /// Its effects.
+    pub effects: Effects,
+    /// The kind of shape.
+    pub geometry: GeometryKind,
+    /// Each effect's name and the paths of the nodes that asked for it: the shape itself if no other did, nothing if it is
+    /// there by default, like ambient light.
+    pub asked: Vec<(String, Vec<Vec<String>>)>,
+}
+
+impl RenderAction {
+    /// The frame, and for each of its draws the effects and which nodes asked for them.
+    ///
+    /// # Errors
+    ///
+    /// As for [`RenderAction::apply`].
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use seamount::prelude::*;
+    ///
+    /// let mut scene = Scene::new();
+    /// let root = scene.root();
+    /// scene.add(root, PerspectiveCamera::default())?;
+    /// scene.add(root, DirectionalLight::default())?;
+    /// scene.add(root, Cube::default())?;
+    /// let (frame, effects) = RenderAction::new(640, 480).explain(&scene)?;
+    /// assert_eq!(frame.draws.len(), effects.len());
+    /// assert_eq!(effects[0].path, ["Separator", "Cube[2]"]);
+    /// let (effect, asked_by) = &effects[0].asked[0];
+    /// assert_eq!((effect.as_str(), asked_by[0].join("/").as_str()), ("directional-light×1", "Separator/DirectionalLight[1]"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn explain(&self, scene: &Scene) -> Result<(Frame, Vec<DrawEffects>), ActionError> {
+        let cameras = Cameras::new(scene, self.size);
+        let viewpoint = cameras.viewpoint(self.camera.as_deref())?;
+        let mut view = View::default();
+        view.begin();
+        let render = Render::new(self, scene, viewpoint, &cameras, &mut view);
+        let mut explain = Explain { render, scene, paths: Vec::new(), found: Vec::new() };
+        walk(scene, Branches::Seen(Some(&viewpoint)), &mut explain)?;
+        // As the draws are sorted at the end.
+        let mut found: Vec<_> = explain.found.into_iter().zip(view.frame.draws.iter().map(Draw::order)).collect();
+        found.sort_by(|(_, a), (_, b)| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+        let found = found.into_iter().map(|(effects, _)| effects).collect();
+        view.end(self, scene);
+        Ok((view.frame, found))
+    }
+}
+
+/// Draws, and keeps where each occurrence of a node was met.
+struct Explain<'s> {
+    render: Render<'s>,
+    scene: &'s Scene,
+    /// By [`PropertyContext::visit`](super::PropertyContext::visit), less one.
+    paths: Vec<Path>,
+    found: Vec<DrawEffects>,
+}
+
+impl Visitor for Explain<'_> {
+    fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
+        self.paths.push(path.clone());
+        Ok(Go::On)
+    }
+
+    fn leave(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
+        self.render.leave(path, state)
+    }
+
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+        let before = self.render.draws().len();
+        let go = self.render.shape(shape, path, state)?;
+        let names = |visit: u64| Some(self.paths.get(usize::try_from(visit).ok()?.checked_sub(1)?)?.names(self.scene));
+        for draw in self.render.draws().iter().skip(before) {
+            let effects = draw.effects;
+            let used = EFFECTS.iter().filter(|effect| effect.is_on(&effects));
+            let asked = used.map(|effect| {
+                let askers = (effect.askers)(state);
+                let by = match askers.as_slice() {
+                    [] => vec![path.names(self.scene)],
+                    askers => askers.iter().flatten().filter_map(|&visit| names(visit)).collect(),
+                };
+                (effect.name_in(&effects), by)
+            });
+            let asked = asked.collect();
+            self.found.push(DrawEffects { path: path.names(self.scene), effects, geometry: effects.geometry, asked });
+        }
+        Ok(go)
+    }
+}
