@@ -5,7 +5,7 @@
 //! * `triangles` tries every triangle near the ray's path, borders included.
 //! * `exact_gap` measures in integers how far a reported hit is from the surface.
 //!
-//! A fixed share of the rays runs by default. `SEAMOUNT_SOAK=1` runs a million in each class on each map (hours), a larger
+//! A fixed share of the rays runs by default. `SEAMOUNT_SOAK=1` runs a million in each class on each map, a larger
 //! number that many.
 //!
 //! # The band
