@@ -8,8 +8,9 @@
 #![allow(missing_docs, reason = "a test")]
 
 mod common;
+#[path = "common/maps.rs"]
+mod maps;
 
-use std::path::Path;
 use std::sync::Arc;
 
 use common::Rng;
@@ -19,25 +20,6 @@ use seamount::prelude::*;
 use seamount::render::{Headless, Picture};
 
 const SIZE: u32 = 512;
-
-fn metres(x: f64, y: f64) -> SeamlessTerrain {
-    SeamlessTerrain {
-        size: Some(DVec2::new(x, y)),
-        max_height: 65_535.0,
-        base_height: -1_000.0,
-        ..SeamlessTerrain::default()
-    }
-}
-
-fn maps() -> [(&'static str, SeamlessTerrain); 5] {
-    [
-        ("fuji", SeamlessTerrain { void_sample: Some(0.0), ..metres(90_600.0, 111_240.0) }),
-        ("andes", metres(93_840.0, 111_240.0)),
-        ("jacksboro", metres(29_949.0, 31_796.0)),
-        ("puget", metres(163_840.0, 163_840.0)),
-        ("walls", SeamlessTerrain { scale: 700.0, max_height: 100.0, ..SeamlessTerrain::default() }),
-    ]
-}
 
 /// An eye above the ground: one in three close to it and looking along it, one in three over it, the others from beside it;
 /// one in five with parallel rays.
@@ -112,9 +94,8 @@ fn has_a_sliver_of_sky(scene: &Scene, x: u32, y: u32) -> bool {
 fn no_background_shows_through_the_ground() {
     let eyes = if std::env::var_os("SEAMOUNT_SOAK").is_some() { 45 } else { 8 };
     let mut headless = Headless::new(None).unwrap_or_else(|error| panic!("{error}"));
-    for (name, terrain) in maps() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.png"));
-        let map = Arc::new(Image::open(&path).unwrap());
+    for (name, terrain) in maps::nodes() {
+        let map = Arc::new(maps::image(name));
         let mut rng = Rng(99);
         let (mut looked_at, mut bad, mut slivers, mut coarser, mut blended) = (0u64, 0u64, 0u64, 0, 0);
         for k in 0..eyes {

@@ -255,9 +255,8 @@ impl Visitor for Measure<'_> {
         let (tree, pyramid) = (placed.tree.hierarchy(), placed.terrain.pyramid());
         // Both surfaces of a patch lie in its box: none of its points counts if that is out of view.
         let visible = |patch: &ActivePatch| {
-            let [[u0, v0], [u1, v1]] = tree.extent(patch.id);
-            let [low, high] = pyramid.range(tree.size(patch.id.level), patch.id.column, patch.id.row);
-            !view.frustum.excludes(DVec3::new(u0.into(), v0.into(), low), DVec3::new(u1.into(), v1.into(), high))
+            let [low, high] = pyramid.patch_box(tree, patch.id);
+            !view.frustum.excludes(low, high)
         };
         let patches: Vec<ActivePatch> = selection.patches(tree).filter(visible).collect();
         let (field, parts) = (placed.terrain.field(), placed.tree.parts());

@@ -355,10 +355,8 @@ impl History {
         let pyramid = placed.terrain.pyramid();
         let outside = |patch: &ActivePatch| {
             frustum.as_ref().is_some_and(|frustum| {
-                let [[u0, v0], [u1, v1]] = tree.extent(patch.id);
-                let [low, high] = pyramid.range(tree.size(patch.id.level), patch.id.column, patch.id.row);
-                let low = DVec3::new(u0.into(), v0.into(), low);
-                frustum.excludes(low, DVec3::new(u1.into(), v1.into(), high))
+                let [low, high] = pyramid.patch_box(tree, patch.id);
+                frustum.excludes(low, high)
             })
         };
         let holed = placed.tree.holed(placed.terrain.field());

@@ -231,10 +231,7 @@ fn largest_singular_value(u: DVec2, v: DVec2) -> f64 {
 
 impl Metric for PixelError<'_> {
     fn demand(&self, tree: &Hierarchy, patch: PatchId) -> Demand {
-        let [[u0, v0], [u1, v1]] = tree.extent(patch);
-        let [bottom, top] = self.pyramid.range(tree.size(patch.level), patch.column, patch.row);
-        let low = DVec3::new(f64::from(u0), f64::from(v0), bottom);
-        let high = DVec3::new(f64::from(u1), f64::from(v1), top);
+        let [low, high] = self.pyramid.patch_box(tree, patch);
         // Whatever is allowed is kept even where the projection has no bound: beside and behind the eye.
         if self.tolerance == f64::INFINITY || self.view.frustum.excludes(low, high) {
             return Demand::Keep([0; 4]);

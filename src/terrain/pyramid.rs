@@ -4,7 +4,10 @@
 //! samples on all four of its sides. Values keep the type of the samples, so that a 16-bit map of N samples needs
 //! 4 N / 16 · 4/3 = N/3 bytes, a sixth of the heights themselves.
 
+use glam::DVec3;
+
 use super::height_field::{HeightField, SampleRect, Samples};
+use super::hierarchy::{Hierarchy, PatchId};
 
 /// Min/max tree over the cells of a map.
 ///
@@ -257,6 +260,15 @@ impl MinMaxPyramid {
             Levels::U16(levels) => range_in(levels, k, i, j),
             Levels::F32(levels) => range_in(levels, k, i, j),
         }
+    }
+
+    /// The box of a patch in lattice coordinates: its north-west corner with the smallest height, its south-east corner with the
+    /// largest. All surfaces of the patch lie in it.
+    #[must_use]
+    pub fn patch_box(&self, tree: &Hierarchy, patch: PatchId) -> [DVec3; 2] {
+        let [[u0, v0], [u1, v1]] = tree.extent(patch);
+        let [low, high] = self.range(tree.size(patch.level), patch.column, patch.row);
+        [DVec3::new(u0.into(), v0.into(), low), DVec3::new(u1.into(), v1.into(), high)]
     }
 
     /// Smallest and largest raw height of the whole map.

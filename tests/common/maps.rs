@@ -65,10 +65,8 @@ impl Map {
     pub fn visible(&self, tree: &Hierarchy, selection: &Selection, view: &LatticeView) -> Vec<ActivePatch> {
         let pyramid = self.terrain.pyramid();
         let outside = |patch: &ActivePatch| {
-            let [[u0, v0], [u1, v1]] = tree.extent(patch.id);
-            let [low, high] = pyramid.range(tree.size(patch.id.level), patch.id.column, patch.id.row);
-            let low = DVec3::new(u0.into(), v0.into(), low);
-            view.frustum.excludes(low, DVec3::new(u1.into(), v1.into(), high))
+            let [low, high] = pyramid.patch_box(tree, patch.id);
+            view.frustum.excludes(low, high)
         };
         selection.patches(tree).filter(|patch| !outside(patch)).collect()
     }
