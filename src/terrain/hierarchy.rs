@@ -106,6 +106,14 @@ impl Hierarchy {
         false
     }
 
+    /// More patches than a walk along a straight line can look at: on each level it goes from one to the next by a column or a
+    /// row, always in one direction, and the levels double in size at least.
+    #[must_use]
+    pub fn step_limit(&self) -> u32 {
+        let [columns, rows] = self.grid(self.depth());
+        2 * (columns + rows) + 2 * u32::BITS
+    }
+
     fn level(&self, level: u8) -> Level {
         self.levels[usize::from(level).min(self.levels.len() - 1)]
     }

@@ -1,5 +1,6 @@
 //! The terrain engine: heights, patches, detail and picks. No scene graph and no GPU in it.
 
+mod axis;
 pub mod coverage;
 pub mod data;
 pub mod drawn;

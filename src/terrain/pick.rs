@@ -21,15 +21,17 @@
 //! full-resolution surface is ground: four triangles show no outline, so picks pass through the holes as they are in truth.
 //!
 //! Steps go from grid line to grid line by integer index, never by "a little further", so their number is bounded: each
-//! level of the tree visits at most `columns + rows` blocks.
+//! level of the tree visits at most `columns + rows` patches ([`Hierarchy::step_limit`]).
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 use glam::DVec3;
 
+use super::axis::{Axis, approach, number};
 use super::errors::{round_up, triangle_error};
 use super::height_field::{HeightField, SampleRect};
 use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::Side;
+use super::pyramid::{larger, smaller};
 use super::selection::Selection;
 
 /// A place where a ray meets a terrain, in lattice coordinates.
@@ -62,6 +64,10 @@ pub struct Fan {
     pub center: DVec3,
 }
 
+fn lattice_point([u, v]: [u32; 2], w: f64) -> DVec3 {
+    DVec3::new(f64::from(u), f64::from(v), w)
+}
+
 fn cross(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
 }
@@ -70,13 +76,23 @@ impl Fan {
     /// The fan of a patch.
     #[must_use]
     pub fn new(field: &HeightField, tree: &Hierarchy, patch: PatchId) -> Self {
+        let [nw, ne, se, sw, center] = Self::places(tree, patch).map(|[u, v]| lattice_point([u, v], field.raw(u, v)));
+        Self { corners: [nw, ne, se, sw], center }
+    }
+
+    /// The fan of a patch, from its heights in the order of [`Fan::places`].
+    fn with_heights(tree: &Hierarchy, patch: PatchId, heights: [f32; 5]) -> Self {
+        let mut heights = heights.into_iter();
+        let [nw, ne, se, sw, center] =
+            Self::places(tree, patch).map(|place| lattice_point(place, heights.next().map_or(0.0, f64::from)));
+        Self { corners: [nw, ne, se, sw], center }
+    }
+
+    /// Column and row of the corners and of the centre.
+    fn places(tree: &Hierarchy, patch: PatchId) -> [[u32; 2]; 5] {
         let [[u0, v0], [u1, v1]] = tree.extent(patch);
         let half = tree.size(patch.level) / 2;
-        let sample = |u: u32, v: u32| DVec3::new(f64::from(u), f64::from(v), field.raw(u, v));
-        Self {
-            corners: [sample(u0, v0), sample(u1, v0), sample(u1, v1), sample(u0, v1)],
-            center: sample((u0 + half).min(u1), (v0 + half).min(v1)),
-        }
+        [[u0, v0], [u1, v0], [u1, v1], [u0, v1], [(u0 + half).min(u1), (v0 + half).min(v1)]]
     }
 
     /// Corners of the triangle at a side: along the side clockwise, then the centre.
@@ -144,9 +160,79 @@ impl Fan {
     /// Raw height of the fan at a point of the patch, in the triangle at `side`.
     #[must_use]
     pub fn height(&self, side: Side, u: f64, v: f64) -> f64 {
-        let [gu, gv] = self.gradient(side);
+        self.facet(side).height(u, v)
+    }
+
+    fn facet(&self, side: Side) -> Facet {
+        Facet { side, gradient: self.gradient(side), center: self.center }
+    }
+}
+
+/// The plane of one triangle of a fan.
+struct Facet {
+    side: Side,
+    gradient: [f64; 2],
+    center: DVec3,
+}
+
+impl Facet {
+    #[inline(always)]
+    fn height(&self, u: f64, v: f64) -> f64 {
+        self.height_from(u - self.center.x, v - self.center.y)
+    }
+
+    /// Height at a distance from the centre.
+    #[inline(always)]
+    fn height_from(&self, u: f64, v: f64) -> f64 {
         // From the nearest corner on a flat side this would be exact; from the centre it is within a few ulp.
-        self.center.z + gu * (u - self.center.x) + gv * (v - self.center.y)
+        self.center.z + (self.gradient[0] * u + self.gradient[1] * v)
+    }
+}
+
+/// The fan of a patch that is wholly on the map: its centre is the middle.
+struct Square {
+    /// 1 / size.
+    scale: f64,
+    /// Corners north-west, north-east, south-east, south-west.
+    heights: [f64; 4],
+    center: DVec3,
+}
+
+impl Square {
+    #[inline(always)]
+    fn new([u0, v0]: [u32; 2], size: u32, node: &FanNode) -> Self {
+        let half = f64::from(size) * 0.5;
+        let [nw, ne, se, sw, center] = node.heights.map(f64::from);
+        let center = DVec3::new(f64::from(u0) + half, f64::from(v0) + half, center);
+        Self { scale: inverse_power(size), heights: [nw, ne, se, sw], center }
+    }
+
+    /// The triangle at a distance from the centre.
+    #[inline(always)]
+    fn facet(&self, u: f64, v: f64) -> Facet {
+        let [nw, ne, se, sw] = self.heights;
+        let center = self.center.z;
+        let (scale, scale_half) = (self.scale, 2.0 * self.scale);
+        // Sums of two samples and differences are exact, and so are products with powers of two.
+        let (side, gu, gv) = if v.abs() >= u.abs() {
+            if v < 0.0 {
+                (Side::North, (ne - nw) * scale, (center - 0.5 * (nw + ne)) * scale_half)
+            } else {
+                (Side::South, (se - sw) * scale, (0.5 * (sw + se) - center) * scale_half)
+            }
+        } else if u < 0.0 {
+            (Side::West, (center - 0.5 * (nw + sw)) * scale_half, (sw - nw) * scale)
+        } else {
+            (Side::East, (0.5 * (ne + se) - center) * scale_half, (se - ne) * scale)
+        };
+        Facet { side, gradient: [gu, gv], center: self.center }
+    }
+
+    /// Height on the spokes of two corners, west and east of the centre, at a distance from it along u.
+    #[inline(always)]
+    fn on_spoke(&self, [west, east]: [f64; 2], u: f64) -> f64 {
+        let corner = if u < 0.0 { west } else { east };
+        self.center.z + (corner - self.center.z) * (u.abs() * (2.0 * self.scale))
     }
 }
 
@@ -201,13 +287,39 @@ pub fn fan_error(field: &HeightField, tree: &Hierarchy, patch: PatchId) -> f64 {
 
 /// The fans of a selection, compact: what a coarse pick walks through. Made once for a selection, shared by all its picks.
 ///
-/// A node for each active patch, with the five heights of its fan, and for each split one, with the range of the fans below.
+/// A node for each active patch, with the five heights of its fan, and for split ones, with the range of the fans below.
 /// That range is much tighter than that of the ground: most patches are passed without a look at their fan. Heights are
 /// samples, which f32 holds exactly. 32 bytes a node.
 #[derive(Debug)]
 pub struct FanTree {
-    /// The roots, row by row, then blocks of children, row by row.
+    /// The first holds the roots.
+    blocks: Vec<Block>,
+    /// Block by block, row by row.
     nodes: Vec<FanNode>,
+    /// Smallest and largest height of all fans.
+    range: [f64; 2],
+    /// [`Hierarchy::step_limit`].
+    step_limit: u32,
+}
+
+/// The nodes below one node, or the roots: all of one level, side by side.
+///
+/// Where a patch has two by two children and all of them are split, its block holds the sixteen of the level below: a block
+/// costs a walk more than a step does.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    /// The first of its nodes.
+    first: u32,
+    /// Nodes in a row: fewer than 2^bits at the border of the map.
+    width: u32,
+    /// The block of the node above; its own number for the roots.
+    parent: u32,
+    /// Of the patches.
+    level: u8,
+    /// The patches have 2^shift cells a side.
+    shift: u8,
+    /// The block has up to 2^bits nodes a side.
+    bits: u8,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -216,66 +328,74 @@ struct FanNode {
     high: f32,
     /// Corners north-west, north-east, south-east, south-west, and the centre; of an active patch.
     heights: [f32; 5],
-    /// The first of the children, 0 for an active patch.
-    children: u32,
+    /// The block of the nodes below, 0 for an active patch.
+    below: u32,
 }
-
-/// Where nothing is known nothing is passed.
-const UNKNOWN: FanNode = FanNode { low: f32::NEG_INFINITY, high: f32::INFINITY, heights: [0.0; 5], children: 0 };
 
 impl FanTree {
     /// The fans of the active patches.
     #[must_use]
     pub fn new(field: &HeightField, tree: &Hierarchy, selection: &Selection) -> Self {
-        let roots = tree.roots().count();
-        let mut fans = Self { nodes: vec![UNKNOWN; roots] };
-        for (at, root) in tree.roots().enumerate() {
-            fans.add(field, tree, selection, at, root);
-        }
+        let mut fans = Self { blocks: Vec::new(), nodes: Vec::new(), range: [0.0; 2], step_limit: tree.step_limit() };
+        // The roots are no more than the children of one patch would be.
+        let bits = tree.resolutions().branching().trailing_zeros() as u8;
+        let (_, range) = fans.add(field, tree, selection, PatchId { level: 0, column: 0, row: 0 }, bits, 0);
+        fans.range = range.map(f64::from);
         fans
     }
 
-    /// Fills in the node of a patch and those below it.
+    /// Adds the block whose north-west corner is `corner`, and all below. Returns its number and the range of its fans.
     fn add(
         &mut self,
         field: &HeightField,
         tree: &Hierarchy,
         selection: &Selection,
-        at: usize,
-        patch: PatchId,
-    ) -> [f32; 2] {
-        let mut made = UNKNOWN;
+        corner: PatchId,
+        bits: u8,
+        parent: u32,
+    ) -> (u32, [f32; 2]) {
+        let level = corner.level;
+        let [columns, rows] = tree.grid(level);
+        let columns = corner.column..(corner.column + (1 << bits)).min(columns);
+        let rows = corner.row..(corner.row + (1 << bits)).min(rows);
+        let width = columns.len();
+        let patches = rows.flat_map(|row| columns.clone().map(move |column| PatchId { level, column, row }));
+        if bits == 1 && patches.clone().all(|patch| selection.is_split(tree, patch)) {
+            let corner = PatchId { level: level + 1, column: 2 * corner.column, row: 2 * corner.row };
+            return self.add(field, tree, selection, corner, 2, parent);
+        }
+        let (number, first) = (self.blocks.len() as u32, self.nodes.len());
+        let shift = tree.size(level).trailing_zeros() as u8;
+        self.blocks.push(Block { first: first as u32, width: width as u32, parent, level, shift, bits });
+        let nothing = FanNode { low: f32::INFINITY, high: f32::NEG_INFINITY, heights: [0.0; 5], below: 0 };
+        self.nodes.resize(first + patches.clone().count(), nothing);
         let mut range = [f32::INFINITY, f32::NEG_INFINITY];
-        let mut join = |[low, high]: [f32; 2]| range = [range[0].min(low), range[1].max(high)];
-        if selection.is_split(tree, patch) {
-            let first = self.nodes.len();
-            made.children = u32::try_from(first).unwrap_or(0);
-            self.nodes.resize(first + tree.children(patch).count(), UNKNOWN);
-            for (child, at) in tree.children(patch).zip(first..) {
-                join(self.add(field, tree, selection, at, child));
+        for (patch, at) in patches.zip(first..) {
+            let mut node = nothing;
+            if selection.is_split(tree, patch) {
+                let bits = tree.resolutions().branching().trailing_zeros() as u8;
+                let PatchId { level, column, row } = patch;
+                let corner = PatchId { level: level + 1, column: column << bits, row: row << bits };
+                (node.below, [node.low, node.high]) = self.add(field, tree, selection, corner, bits, number);
+            } else {
+                node.heights = Fan::places(tree, patch).map(|[u, v]| field.raw(u, v) as f32);
+                [node.low, node.high] = node
+                    .heights
+                    .iter()
+                    .fold([node.low, node.high], |[low, high], &height| [low.min(height), high.max(height)]);
             }
-        } else {
-            let fan = Fan::new(field, tree, patch);
-            let [a, b, c, d] = fan.corners.map(|p| p.z as f32);
-            made.heights = [a, b, c, d, fan.center.z as f32];
-            made.heights.iter().for_each(|&height| join([height; 2]));
+            range = [range[0].min(node.low), range[1].max(node.high)];
+            if let Some(place) = self.nodes.get_mut(at) {
+                *place = node;
+            }
         }
-        [made.low, made.high] = range;
-        if let Some(node) = self.nodes.get_mut(at) {
-            *node = made;
-        }
-        range
-    }
-
-    #[inline(always)]
-    fn node(&self, at: usize) -> &FanNode {
-        self.nodes.get(at).unwrap_or(&UNKNOWN)
+        (number, range)
     }
 
     /// Bytes that the nodes occupy.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice())
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())
     }
 }
 
@@ -340,10 +460,13 @@ impl CoarseSurface<'_> {
         if !(o.is_finite() && d.is_finite()) || d == DVec3::ZERO {
             return;
         }
-        let (u, v) = (Axis::new(o.x, d.x), Axis::new(o.y, d.y));
+        let (u, v) = (Axis::new(o.x, d.x, cu), Axis::new(o.y, d.y, cv));
         let mut ray = *ray;
-        for (axis, cells) in [(u, cu), (v, cv)] {
-            let Some([near, far]) = axis.range(cells) else { return };
+        for axis in [u, v] {
+            if axis.direction == 0.0 && !(0.0..=f64::from(axis.cells)).contains(&axis.origin) {
+                return;
+            }
+            let [near, far] = axis.range();
             ray.near = ray.near.max(near);
             ray.far = ray.far.min(far);
         }
@@ -354,9 +477,9 @@ impl CoarseSurface<'_> {
         let mut walk = Walk { surface: *self, ray, u, v, across, sign: 0, zero_since: None, last: None, found };
         if d.x == 0.0 && d.y == 0.0 {
             walk.vertical();
-        } else {
-            let range = [ray.near, ray.far];
-            walk.grid(0, [0, 0], self.tree.grid(0), 0, range);
+        } else if let Some((start, sign)) = approach(o.z, d.z, self.fans.range, [ray.near, ray.far]) {
+            walk.sign = sign;
+            walk.march(start);
         }
     }
 }
@@ -367,125 +490,123 @@ fn inverse_power(power: u32) -> f64 {
     f64::from_bits(u64::from(1023 - power.trailing_zeros()) << 52)
 }
 
-/// One axis along a ray, with lines at k · size.
-#[derive(Debug, Clone, Copy)]
-struct Axis {
-    origin: f64,
-    direction: f64,
-    /// 1 / direction.
-    inverse: f64,
+/// Where a walk is.
+#[derive(Clone, Copy)]
+struct Place<'t> {
+    block: &'t Block,
+    column: usize,
+    row: usize,
+    t: f64,
+    /// Height of the ray at t.
+    z: f64,
+    /// Steps that may still be made.
+    left: u32,
 }
 
-impl Axis {
-    fn new(origin: f64, direction: f64) -> Self {
-        Self { origin, direction, inverse: 1.0 / direction }
+impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
+    /// Walks from a parameter on.
+    fn march(&mut self, start: f64) {
+        let fans = self.surface.fans;
+        let Some(roots) = fans.blocks.first() else { return };
+        let [column, row] = [self.u, self.v].map(|axis| axis.child(0, roots.bits.into(), roots.shift.into(), start));
+        let mut place =
+            Place { block: roots, column, row, t: start, z: self.height_along(start), left: fans.step_limit };
+        while match self.sign {
+            1 => self.march_on::<1>(&mut place),
+            -1 => self.march_on::<-1>(&mut place),
+            _ => self.march_on::<0>(&mut place),
+        } {}
     }
 
-    /// Parameter at which the ray crosses a line. The same bits for all who ask.
+    /// Walks on while the ray is on one side of the surface. `SIGN` says which: blocks on that side of the ray are passed, with 0 those
+    /// on any. Returns `true` when the sign has changed.
     #[inline(always)]
-    fn line(&self, at: f64) -> f64 {
-        (at - self.origin) * self.inverse
-    }
-
-    /// Parameters at which the ray enters and leaves the map, `None` beside it.
-    fn range(&self, cells: u32) -> Option<[f64; 2]> {
-        let last = f64::from(cells);
-        if self.direction == 0.0 {
-            return (0.0..=last).contains(&self.origin).then_some([f64::NEG_INFINITY, f64::INFINITY]);
-        }
-        let (a, b) = (self.line(0.0), self.line(last));
-        Some([a.min(b), a.max(b)])
-    }
-
-    /// The block of `first..last` in which the ray is at `t`, by the same comparisons that stepping uses.
-    #[inline(always)]
-    fn block(&self, t: f64, size: f64, inverse: f64, first: u32, last: u32) -> u32 {
-        let guess = (self.origin + self.direction * t) * inverse;
-        let mut k = (guess.max(0.0) as u32).clamp(first, last - 1);
-        let line = |k: u32| self.line(f64::from(k) * size);
-        if self.direction > 0.0 {
-            while k > first && line(k) > t {
-                k -= 1;
-            }
-            while k + 1 < last && line(k + 1) <= t {
-                k += 1;
-            }
-        } else if self.direction < 0.0 {
-            while k + 1 < last && line(k + 1) > t {
-                k += 1;
-            }
-            while k > first && line(k) <= t {
-                k -= 1;
-            }
-        }
-        k
-    }
-
-    /// Where the ray leaves block k; infinity along lines.
-    #[inline(always)]
-    fn leaves(&self, k: u32, size: f64) -> f64 {
-        if self.direction == 0.0 {
-            return f64::INFINITY;
-        }
-        self.line(f64::from(k + u32::from(self.direction > 0.0)) * size)
-    }
-
-    /// The next block; one that is not in any grid past the end.
-    #[inline(always)]
-    fn next(&self, k: u32) -> u32 {
-        if self.direction > 0.0 { k + 1 } else { k.wrapping_sub(1) }
-    }
-}
-
-impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
-    /// Walks the blocks `first..last` of a level between two parameters; their nodes start at `base`. `false` when nothing
-    /// more is wanted.
-    fn grid(&mut self, level: u8, first: [u32; 2], last: [u32; 2], base: usize, [near, far]: [f64; 2]) -> bool {
-        let cells = self.surface.tree.size(level);
-        let (size, inverse) = (f64::from(cells), inverse_power(cells));
-        let (u, v) = (self.u, self.v);
-        let mut column = u.block(near, size, inverse, first[0], last[0]);
-        let mut row = v.block(near, size, inverse, first[1], last[1]);
-        let width = last[0] - first[0];
-        let (mut leave_u, mut leave_v) = (u.leaves(column, size), v.leaves(row, size));
-        let (mut t, mut z) = (near, self.height_along(near));
-        // Each step goes on by one column or one row.
-        for _ in 0..=width + (last[1] - first[1]) {
-            let leave = leave_u.min(leave_v).min(far).max(t);
-            let z_leave = self.height_along(leave);
-            let fans = self.surface.fans;
-            let node = fans.node(base + ((row - first[1]) * width + column - first[0]) as usize);
-            let clear =
-                i8::from(z.min(z_leave) > f64::from(node.high)) - i8::from(z.max(z_leave) < f64::from(node.low));
-            if clear != 0 && (self.sign == 0 || self.sign == clear) {
-                self.sign = clear;
-                self.zero_since = None;
-                self.last = None;
-            } else if !self.closer(PatchId { level, column, row }, node, [t, leave]) {
-                // Also where a block is clear, but on the other side: so that the hit at its border gets its patch.
-                return false;
-            }
-            (t, z) = (leave, z_leave);
-            if t >= far {
-                return true;
-            }
-            if leave_u <= leave_v {
-                column = u.next(column);
-                // Rounding of the clip may leave a rest beyond the last line.
-                if column.wrapping_sub(first[0]) >= width {
-                    return true;
+    fn march_on<const SIGN: i8>(&mut self, place: &mut Place<'t>) -> bool {
+        let (u, v, far) = (self.u, self.v, self.ray.far);
+        let fans = self.surface.fans;
+        let Place { mut block, mut column, mut row, mut t, mut z, mut left } = *place;
+        loop {
+            let size = number(1 << block.shift);
+            let ((mut line_u, step_u), (mut line_v, step_v)) = (u.ahead(column, size), v.ahead(row, size));
+            let (mut leave_u, mut leave_v) = (u.line(line_u), v.line(line_v));
+            let mask = (1usize << block.bits) - 1;
+            let below = loop {
+                if left == 0 {
+                    debug_assert!(false, "a walk visits no block twice");
+                    return false;
                 }
-                leave_u = u.leaves(column, size);
-            } else {
-                row = v.next(row);
-                if row.wrapping_sub(first[1]) >= last[1] - first[1] {
-                    return true;
+                left -= 1;
+                let leave = smaller(smaller(leave_u, leave_v), far);
+                let z_leave = self.height_along(leave);
+                let at = block.first as usize + (row & mask) * block.width as usize + (column & mask);
+                let Some(node) = fans.nodes.get(at) else {
+                    debug_assert!(false, "a walk stays on the map");
+                    return false;
+                };
+                let (low, high) = (f64::from(node.low), f64::from(node.high));
+                let clear = match SIGN {
+                    1 => smaller(z, z_leave) > high,
+                    -1 => larger(z, z_leave) < low,
+                    _ => smaller(z, z_leave) > high || larger(z, z_leave) < low,
+                };
+                if clear {
+                    if SIGN == 0 {
+                        self.sign = if z > high { 1 } else { -1 };
+                    }
+                    self.zero_since = None;
+                    self.last = None;
+                } else if node.below != 0 {
+                    // Also where a block is clear, but on the other side: so that the hit at its border gets its patch.
+                    break Ok(node.below);
+                } else {
+                    let patch = PatchId { level: block.level, column: column as u32, row: row as u32 };
+                    if !self.fan(patch, node, block.shift, [t, leave]) {
+                        return false;
+                    }
                 }
-                leave_v = v.leaves(row, size);
+                if leave >= far {
+                    return false;
+                }
+                (t, z) = (leave, z_leave);
+                let crossed;
+                if leave_u <= leave_v {
+                    let next = u.next(column);
+                    crossed = (next ^ column) >> block.bits;
+                    column = next;
+                    line_u += step_u;
+                    leave_u = u.line(line_u);
+                } else {
+                    let next = v.next(row);
+                    crossed = (next ^ row) >> block.bits;
+                    row = next;
+                    line_v += step_v;
+                    leave_v = v.line(line_v);
+                }
+                if crossed != 0 || self.sign != SIGN {
+                    break Err(crossed);
+                }
+            };
+            match below {
+                Ok(below) => {
+                    let Some(below) = fans.blocks.get(below as usize) else { return false };
+                    block = below;
+                    column = u.child(column, block.bits.into(), block.shift.into(), t);
+                    row = v.child(row, block.bits.into(), block.shift.into(), t);
+                }
+                Err(mut crossed) => {
+                    while crossed != 0 {
+                        (column, row) = (column >> block.bits, row >> block.bits);
+                        let Some(parent) = fans.blocks.get(block.parent as usize) else { return false };
+                        block = parent;
+                        crossed >>= block.bits;
+                    }
+                    if self.sign != SIGN {
+                        *place = Place { block, column, row, t, z, left };
+                        return true;
+                    }
+                }
             }
         }
-        debug_assert!(false, "a walk over a grid takes at most columns + rows steps");
-        true
     }
 
     #[inline(always)]
@@ -493,76 +614,49 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
         self.ray.origin.z + self.ray.direction.z * t
     }
 
-    fn closer(&mut self, patch: PatchId, node: &FanNode, range: [f64; 2]) -> bool {
-        if node.children == 0 {
-            return self.fan(patch, node, range);
+    #[inline(always)]
+    fn fan(&mut self, patch: PatchId, node: &FanNode, shift: u8, [near, far]: [f64; 2]) -> bool {
+        let size = 1u32 << shift;
+        let [u0, v0] = [patch.column << shift, patch.row << shift];
+        if u0 + size > self.u.cells || v0 + size > self.v.cells {
+            return self.clamped_fan(patch, node, [near, far]);
         }
-        let tree = self.surface.tree;
-        let r = tree.resolutions().branching();
-        let [columns, rows] = tree.grid(patch.level + 1);
-        let first = [patch.column * r, patch.row * r];
-        let last = [(first[0] + r).min(columns), (first[1] + r).min(rows)];
-        self.grid(patch.level + 1, first, last, node.children as usize, range)
-    }
-
-    fn fan(&mut self, patch: PatchId, node: &FanNode, [near, far]: [f64; 2]) -> bool {
-        let tree = self.surface.tree;
-        let size = tree.size(patch.level);
-        let [u0, v0] = tree.origin(patch);
-        let [cells_u, cells_v] = tree.cells();
-        if u0 + size > cells_u || v0 + size > cells_v {
-            return self.clamped_fan(patch, [near, far]);
-        }
-        // The centre is the middle: the spokes lie on the two diagonals.
-        let half = f64::from(size) * 0.5;
+        let square = Square::new([u0, v0], size, node);
         let (o, d) = (self.ray.origin, self.ray.direction);
-        let (ou, ov) = (o.x - (f64::from(u0) + half), o.y - (f64::from(v0) + half));
-        let cut = |t: f64| if t > near && t < far { t } else { far };
-        let (a, b) = (cut((ou - ov) * self.across[0]), cut(-(ou + ov) * self.across[1]));
-        let [nw, ne, se, sw, center] = node.heights.map(f64::from);
-        let scale = inverse_power(size);
-        let scale_half = 2.0 * scale;
-        let mut from = near;
-        for to in [a.min(b), a.max(b), far] {
-            if to <= from && to < far {
-                continue;
-            }
-            let middle = 0.5 * (from + to);
-            let (mu, mv) = (ou + d.x * middle, ov + d.y * middle);
-            // Sums of two samples and differences are exact, and so are products with powers of two.
-            let (side, gu, gv) = if mv.abs() >= mu.abs() {
-                if mv < 0.0 {
-                    (Side::North, (ne - nw) * scale, (center - 0.5 * (nw + ne)) * scale_half)
-                } else {
-                    (Side::South, (se - sw) * scale, (0.5 * (sw + se) - center) * scale_half)
-                }
-            } else if mu < 0.0 {
-                (Side::West, (center - 0.5 * (nw + sw)) * scale_half, (sw - nw) * scale)
-            } else {
-                (Side::East, (0.5 * (ne + se) - center) * scale_half, (se - ne) * scale)
-            };
-            let above = |t: f64| (o.z + d.z * t) - (center + gu * (ou + d.x * t) + gv * (ov + d.y * t));
-            let (f0, f1) = (above(from), above(to));
-            // Nearly always the ray stays on its side.
-            let sign = f64::from(self.sign);
-            let stays = f0 * sign > 0.0 && f1 * sign > 0.0;
-            if stays {
-                self.zero_since = None;
-                self.last = Some(patch);
-            } else if !self.piece(patch, side, [from, to], [f0, f1], from == near) {
-                return false;
-            }
-            if to >= far {
-                break;
-            }
-            from = to;
+        let (ou, ov) = (o.x - square.center.x, o.y - square.center.y);
+        // f at a place of the ray, given the height there.
+        let above = |t: f64, height: f64| (o.z + d.z * t) - height;
+        let at = |t: f64| (ou + d.x * t, ov + d.y * t);
+        let height = |t: f64| {
+            let (mu, mv) = at(t);
+            square.facet(mu, mv).height_from(mu, mv)
+        };
+        // The spokes lie on the two diagonals.
+        let (a, b) = ((ou - ov) * self.across[0], -(ou + ov) * self.across[1]);
+        let [nw, ne, se, sw] = square.heights;
+        let (fa, fb) = (above(a, square.on_spoke([nw, se], at(a).0)), above(b, square.on_spoke([sw, ne], at(b).0)));
+        let (f0, f1) = (above(near, height(near)), above(far, height(far)));
+        let (a, fa) = if a > near && a < far { (a, fa) } else { (far, f1) };
+        let (b, fb) = if b > near && b < far { (b, fb) } else { (far, f1) };
+        let ends =
+            if a <= b { [(near, f0), (a, fa), (b, fb), (far, f1)] } else { [(near, f0), (b, fb), (a, fa), (far, f1)] };
+        let sign = f64::from(self.sign);
+        if f0 * sign > 0.0 && fa * sign > 0.0 && fb * sign > 0.0 && f1 * sign > 0.0 {
+            self.zero_since = None;
+            self.last = Some(patch);
+            return true;
         }
-        true
+        self.follow(patch, &ends, |t| {
+            let (mu, mv) = at(t);
+            square.facet(mu, mv)
+        })
     }
 
     /// The fan of a patch that the border of the map cuts.
-    fn clamped_fan(&mut self, patch: PatchId, [near, far]: [f64; 2]) -> bool {
-        let fan = Fan::new(self.surface.field, self.surface.tree, patch);
+    #[cold]
+    #[inline(never)]
+    fn clamped_fan(&mut self, patch: PatchId, node: &FanNode, [near, far]: [f64; 2]) -> bool {
+        let fan = Fan::with_heights(self.surface.tree, patch, node.heights);
         let d = self.ray.direction;
         // Spokes that the ray's line crosses: each corner and the centre lie on one side of the line.
         let side_of = |p: DVec3| d.x * (p.y - self.ray.origin.y) - d.y * (p.x - self.ray.origin.x);
@@ -581,59 +675,79 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
             }
         }
         cuts.sort_unstable_by(f64::total_cmp);
+        let ray = self.ray;
+        let facet = |t: f64| {
+            let p = ray.at(t);
+            fan.facet(fan.side_at(p.x, p.y))
+        };
+        // f at the end of a piece.
+        let end = |from: f64, to: f64, t: f64| {
+            let p = ray.at(t);
+            (t, p.z - facet(0.5 * (from + to)).height(p.x, p.y))
+        };
+        let mut ends = [end(near, cuts[0], near); 7];
         let mut from = near;
-        for to in cuts.into_iter().chain([far]) {
-            let middle = self.ray.at(0.5 * (from + to));
-            let side = fan.side_at(middle.x, middle.y);
-            let above = |t: f64| {
-                let p = self.ray.at(t);
-                p.z - fan.height(side, p.x, p.y)
-            };
-            let (f0, f1) = (above(from), above(to));
-            if !self.piece(patch, side, [from, to], [f0, f1], from == near) {
-                return false;
-            }
-            if to >= far {
-                break;
-            }
+        for (place, to) in ends.iter_mut().skip(1).zip(cuts.into_iter().chain([far])) {
+            *place = end(from, to, to);
             from = to;
         }
-        true
+        self.follow(patch, &ends, facet)
     }
 
     /// A vertical ray meets the surface once.
     fn vertical(&mut self) {
-        let CoarseSurface { tree, selection, .. } = self.surface;
+        let fans = self.surface.fans;
         let (o, d) = (self.ray.origin, self.ray.direction.z);
-        let at = |level: u8| {
-            let [columns, rows] = tree.grid(level);
-            let size = tree.size(level);
-            PatchId { level, column: (o.x as u32 / size).min(columns - 1), row: (o.y as u32 / size).min(rows - 1) }
+        // The lines are measured from the middle of the cell.
+        let cell = [self.u.from as usize, self.v.from as usize];
+        let mut number = 0;
+        let (patch, node) = loop {
+            let Some(block) = fans.blocks.get(number as usize) else { return };
+            let [column, row] = cell.map(|i| i >> block.shift);
+            let mask = (1 << block.bits) - 1;
+            let at = block.first as usize + (row & mask) * block.width as usize + (column & mask);
+            let Some(node) = fans.nodes.get(at) else { return };
+            if node.below == 0 {
+                break (PatchId { level: block.level, column: column as u32, row: row as u32 }, node);
+            }
+            number = node.below;
         };
-        let mut patch = at(0);
-        while selection.is_split(tree, patch) && patch.level < tree.depth() {
-            patch = at(patch.level + 1);
-        }
-        let fan = Fan::new(self.surface.field, tree, patch);
-        let side = fan.side_at(o.x, o.y);
-        let t = (fan.height(side, o.x, o.y) - o.z) / d;
+        let [[u0, v0], [u1, v1]] = self.surface.tree.extent(patch);
+        let size = self.surface.tree.size(patch.level);
+        let facet = if u1 - u0 == size && v1 - v0 == size {
+            let square = Square::new([u0, v0], size, node);
+            square.facet(o.x - square.center.x, o.y - square.center.y)
+        } else {
+            let fan = Fan::with_heights(self.surface.tree, patch, node.heights);
+            fan.facet(fan.side_at(o.x, o.y))
+        };
+        let t = (facet.height(o.x, o.y) - o.z) / d;
         if t >= self.ray.near && t <= self.ray.far {
-            self.report(patch, side, t, None, d < 0.0);
+            self.report(patch, t, &facet, None, d < 0.0);
         }
     }
 
-    /// A piece of the ray over one triangle, with f at its ends.
+    /// Follows the ray over a patch: `ends` are the parameters at which it enters it, goes from one of its triangles to the next, and
+    /// leaves it, with f there; beyond the last there may be copies of it. `facet` is the triangle at a parameter.
     #[cold]
     #[inline(never)]
-    fn piece(&mut self, patch: PatchId, side: Side, [t0, t1]: [f64; 2], [f0, f1]: [f64; 2], enters: bool) -> bool {
-        for (t, f, start) in [(t0, f0, true), (t1, f1, false)] {
+    fn follow(&mut self, patch: PatchId, ends: &[(f64, f64)], facet: impl Fn(f64) -> Facet) -> bool {
+        let mut before = None;
+        for (i, &(t, f)) in ends.iter().enumerate() {
+            let (t0, f0) = before.unwrap_or((t, f));
+            if t <= t0 && i > 0 && i + 1 < ends.len() {
+                continue;
+            }
+            before = Some((t, f));
             if f == 0.0 {
-                // On the surface: a crossing only if the sign is another afterwards. At the ends of the ray (or of
-                // the map) it is a hit.
+                // On the surface: a crossing only if the sign is another afterwards. At the ends of the ray (or of the map) it is
+                // a hit.
                 let end = t <= self.ray.near || t >= self.ray.far;
                 if end && self.zero_since.is_none() {
-                    let entering = if start { f1 < 0.0 } else { f0 > 0.0 };
-                    if !self.report(patch, side, t, None, entering) {
+                    let next = ends.iter().find(|(next, _)| *next > t);
+                    let entering = if i == 0 { next.is_some_and(|next| next.1 < 0.0) } else { f0 > 0.0 };
+                    let facet = facet(if i == 0 { 0.5 * (t + next.map_or(t, |next| next.0)) } else { 0.5 * (t0 + t) });
+                    if !self.report(patch, t, &facet, None, entering) {
                         return false;
                     }
                     // Counted: what follows is on the other side, or leaves again.
@@ -644,17 +758,13 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
             }
             let sign = if f > 0.0 { 1 } else { -1 };
             if self.sign != 0 && sign != self.sign {
-                let crossing = match (self.zero_since, start) {
-                    (Some(zero), _) => zero,
-                    // At the border of two pieces: a wall between patches of unequal size, or rounding.
-                    (None, true) => t,
-                    (None, false) => t0 + (t1 - t0) * (f0 / (f0 - f1)),
-                };
-                let wall = (start && enters && self.zero_since.is_none())
+                // At the start of the patch: a wall between patches of unequal size, or rounding.
+                let crossing = self.zero_since.unwrap_or(if i == 0 { t } else { t0 + (t - t0) * (f0 / (f0 - f)) });
+                let wall = (i == 0 && self.zero_since.is_none())
                     .then(|| self.entered_side(patch, t))
                     .flatten()
                     .filter(|&side| self.unequal(patch, side));
-                if !self.report(patch, side, crossing, wall, sign < 0) {
+                if !self.report(patch, crossing, &facet(0.5 * (t0 + t)), wall, sign < 0) {
                     return false;
                 }
             }
@@ -694,9 +804,8 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
 
     #[cold]
     #[inline(never)]
-    fn report(&mut self, patch: PatchId, side: Side, t: f64, wall: Option<Side>, entering: bool) -> bool {
+    fn report(&mut self, patch: PatchId, t: f64, facet: &Facet, wall: Option<Side>, entering: bool) -> bool {
         let tree = self.surface.tree;
-        let fan = Fan::new(self.surface.field, tree, patch);
         let mut error = self.surface.errors.get(tree, patch);
         let mut point = self.ray.at(t);
         if let Some(wall) = wall {
@@ -706,13 +815,13 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
         } else {
             let cells = tree.cells();
             let (u, v) = (point.x.clamp(0.0, f64::from(cells[0])), point.y.clamp(0.0, f64::from(cells[1])));
-            point = DVec3::new(u, v, fan.height(side, u, v));
+            point = DVec3::new(u, v, facet.height(u, v));
         }
         let field = self.surface.field;
         if field.has_holes() && field.ground_at(point.x, point.y).is_none() {
             return true;
         }
-        let hit = TerrainHit { t, point, gradient: fan.gradient(side), wall, patch, triangle: side, error, entering };
+        let hit = TerrainHit { t, point, gradient: facet.gradient, wall, patch, triangle: facet.side, error, entering };
         (self.found)(hit)
     }
 

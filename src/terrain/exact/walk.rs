@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::ExactHit;
+use crate::terrain::axis::{Axis, approach, number};
 use crate::terrain::height_field::HeightField;
 use crate::terrain::pick::LatticeRay;
 use crate::terrain::pyramid::{Height, Level, MinMaxPyramid, larger, smaller};
@@ -21,83 +22,6 @@ pub(super) fn step_limit([columns, rows]: [u32; 2]) -> u32 {
 /// Side of a block of a level of the walk: level 0 are the cells.
 fn shift(level: usize) -> u32 {
     if level == 0 { 0 } else { BASE_BITS + (level as u32 - 1) * STEP_BITS }
-}
-
-/// An index as a float. Indices are below 2²⁵; signed numbers convert faster.
-#[inline(always)]
-fn number(i: usize) -> f64 {
-    f64::from(i as i32)
-}
-
-/// One horizontal axis along the ray. Lines are numbered by their coordinate.
-#[derive(Debug, Clone, Copy)]
-struct Axis {
-    origin: f64,
-    direction: f64,
-    /// Where lines are measured from: the origin, or for a ray along the lines the middle of its cell, so that no line
-    /// coincides with it.
-    from: f64,
-    /// 1 / direction.
-    inverse: f64,
-    /// Whether the ray goes towards larger indices (also if it goes along the lines).
-    forward: bool,
-    cells: u32,
-}
-
-impl Axis {
-    fn new(origin: f64, direction: f64, cells: u32) -> Self {
-        let from = if direction == 0.0 { f64::from((origin as u32).min(cells - 1)) + 0.5 } else { origin };
-        let inverse = if direction == 0.0 { f64::INFINITY } else { 1.0 / direction };
-        Self { origin, direction, from, inverse, forward: inverse > 0.0, cells }
-    }
-
-    /// Parameter at which the ray crosses a line: the only expression for it, so that all who ask get the same bits. For a
-    /// ray along the lines −∞ for those up to its cell and ∞ for those beyond.
-    #[inline(always)]
-    fn line(&self, x: f64) -> f64 {
-        (x - self.from) * self.inverse
-    }
-
-    /// How far beyond line `i` the ray is at `t`, within 0..=1. Subtracting first makes the answer one of the distance
-    /// alone: a map and a ray that are moved by whole cells give the same bits.
-    #[inline(always)]
-    fn fraction(&self, i: usize, t: f64) -> f64 {
-        ((self.origin - number(i)) + self.direction * t).clamp(0.0, 1.0)
-    }
-
-    /// Parameters at which the ray enters and leaves the map.
-    fn range(&self) -> [f64; 2] {
-        let (a, b) = (self.line(0.0), self.line(f64::from(self.cells)));
-        if self.forward { [a, b] } else { [b, a] }
-    }
-
-    /// The line through which the ray leaves block `i` of a size, and the step to the next.
-    #[inline(always)]
-    fn ahead(&self, i: usize, size: f64) -> (f64, f64) {
-        (number(i + usize::from(self.forward)) * size, if self.forward { size } else { -size })
-    }
-
-    /// Of the 2^bits blocks of a level in a block `i` of the level above, the one in which the ray is at `t`: that behind
-    /// the last line crossed, by the same parameters that stepping uses.
-    #[inline(always)]
-    fn child(&self, i: usize, bits: u32, level: usize, t: f64) -> usize {
-        let size = number(1 << shift(level));
-        let first = i << bits;
-        let count = 1usize << bits;
-        let mut crossed = 0;
-        let start = number(first) * size;
-        for k in 1..count {
-            crossed += usize::from(self.line(start + number(k) * size) <= t);
-        }
-        // A ray that touches the far border is still in the last block.
-        let last = (self.cells as usize - 1) >> shift(level);
-        if self.forward { (first + crossed).min(last) } else { first + count - 1 - crossed }
-    }
-
-    #[inline(always)]
-    fn next(&self, i: usize) -> usize {
-        if self.forward { i + 1 } else { i.wrapping_sub(1) }
-    }
 }
 
 /// A block and the parameter at which the ray enters it.
@@ -280,9 +204,10 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
     }
 
     fn run(&mut self) {
-        let Some(start) = self.approach() else {
+        let Some((start, sign)) = approach(self.z.0, self.z.1, self.range(), [self.near, self.far]) else {
             return;
         };
+        self.sign = sign;
         let mut place = Place { level: self.top, column: 0, row: 0, t: start, z: self.height_along(start) };
         loop {
             let outcome = match self.sign {
@@ -300,32 +225,6 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
             // The ray ends on the surface.
             self.report(contact, self.sign > 0);
         }
-    }
-
-    /// Skips what lies above all heights, or below them. `None` if that is the whole ray.
-    fn approach(&mut self) -> Option<f64> {
-        let near = self.near;
-        let [low, high] = self.range();
-        let z = self.height_along(near);
-        let (bound, sign) = if z > high {
-            (high, 1)
-        } else if z < low {
-            (low, -1)
-        } else {
-            return Some(near);
-        };
-        self.sign = sign;
-        if self.z.1 == 0.0 || (self.z.1 > 0.0) == (sign > 0) {
-            return None;
-        }
-        let t = (bound - self.z.0) / self.z.1;
-        // A little earlier, where rounding leaves no doubt.
-        let t = t - t.abs() * 2f64.powi(-50);
-        let z = self.height_along(t);
-        if !(t > near && if sign > 0 { z > high } else { z < low }) {
-            return Some(near);
-        }
-        (t <= self.far).then_some(t)
     }
 
     /// Walks from a place on. `SIGN` is the sign of f there: blocks on that side of the ray are passed, with 0 none.
@@ -407,8 +306,9 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
                 // Look closer.
                 place.level -= 1;
                 let bits = shift(level) - shift(level - 1);
-                place.column = u.child(place.column, bits, level - 1, place.t);
-                place.row = v.child(place.row, bits, level - 1, place.t);
+                let below = shift(level - 1);
+                place.column = u.child(place.column, bits, below, place.t);
+                place.row = v.child(place.row, bits, below, place.t);
             }
         }
     }
