@@ -156,6 +156,7 @@ fn ends_of_a_line() {
             assert_eq!(scene.line_of_sight(high, ground).unwrap(), None, "{turn:?}");
             assert!(scene.line_of_sight(world(u, v, -500.0), high).unwrap().is_some());
             assert!(scene.line_of_sight(high, world(u, v, -500.0)).unwrap().is_some());
+            assert!(scene.line_of_sight(world(u, v, -500.0), world(u + 0.5, v, -500.0)).unwrap().is_some());
         }
         assert!(scene.line_of_sight(DVec3::NAN, DVec3::ZERO).is_err());
         assert!(scene.line_of_sight(DVec3::ZERO, DVec3::INFINITY).is_err());
@@ -189,5 +190,52 @@ fn other_surfaces_can_be_asked() {
             let above = DVec3::new(x, y, 100.0);
             assert_eq!(picker.line_of_sight(above, above.with_z(exact.height)).unwrap(), None);
         }
+    }
+}
+
+/// On every surface a line is blocked where it goes below the surface that is asked by more than twice its bound, and free where
+/// it stays above, grazing lines included: what lies far from an end is no part of it. The judge walks along the line and asks
+/// for the height at each place.
+#[test]
+fn an_end_on_the_ground_hides_no_hill() {
+    // Hills so wide that four triangles per patch come near them: 20 high, the bound is about 1.
+    let height =
+        |i: u32| (30_000.0 + 20_000.0 * (f64::from(i % 65) / 9.0).sin() * (f64::from(i / 65) / 11.0).cos()) as u16;
+    let mut scene = Scene::new();
+    let root = scene.root();
+    let pixels = Pixels::Gray16((0..65 * 65).map(height).collect());
+    scene.add(root, Texture2::from_image(Image::new(65, 65, pixels).unwrap())).unwrap();
+    scene.add(root, SeamlessTerrain { scale: 64.0, max_height: 30.0, ..SeamlessTerrain::default() }).unwrap();
+    let mut rng = Rng(9);
+    for surface in [Surface::Coarse, Surface::Drawn, Surface::Exact] {
+        let action = RayPickAction { surface, ..RayPickAction::pixel(0, 0, [64, 48]) };
+        let picker = action.picker(&scene).unwrap();
+        let (mut free, mut blocked) = (0, 0);
+        for k in 0..600 {
+            // Ends on the exact ground or a little above, so that many lines graze it.
+            let mut end = || {
+                let (u, v) = (rng.range(0.0, 64.0), rng.range(0.0, 64.0));
+                let up = if rng.below(2) == 0 { 0.0 } else { rng.range(0.0, 8.0) };
+                DVec3::new(u, v, scene.height_at(u, v).unwrap().unwrap().height + up)
+            };
+            let (a, b) = (end(), end());
+            let found = picker.line_of_sight(a, b).unwrap();
+            const STEPS: u32 = 600;
+            let (mut lowest, mut bound) = (f64::INFINITY, 0.0f64);
+            for k in 1..STEPS {
+                let p = a + (b - a) * (f64::from(k) / f64::from(STEPS));
+                let ground = picker.height_at(p.x, p.y).unwrap().unwrap();
+                lowest = lowest.min(p.z - ground.height);
+                bound = bound.max(ground.picked.error_bound.unwrap());
+            }
+            if lowest < -2.0 * bound - 1e-9 {
+                assert!(found.is_some(), "{surface:?} {k}: {a} {b} {lowest} {bound}");
+                blocked += 1;
+            } else if lowest > 1e-2 {
+                assert_eq!(found, None, "{surface:?} {k}: {a} {b} {lowest}");
+                free += 1;
+            }
+        }
+        assert!(free > 20 && blocked > 50, "{surface:?}: {free} free, {blocked} blocked");
     }
 }

@@ -4,7 +4,7 @@
 use glam::{DVec2, DVec3};
 
 use super::{ActionError, PickedPoint, Picker, Ray, RayPickAction, Surface};
-use crate::node::HitDetail;
+use crate::node::{HitDetail, TerrainDetail};
 use crate::scene::Scene;
 
 /// The ground at a place of the world's (x, y) plane.
@@ -105,9 +105,11 @@ impl Picker<'_> {
     /// The first obstacle on the straight line from `a` to `b`, points of the world; `None` if they see each other. All
     /// shapes are in the way, terrains with the surface of this picker.
     ///
-    /// An end that lies on the ground, up to the bound of the error that a hit carries (rounding, on the exact surface), does
-    /// not block the view by itself; an end below it does not see out. A line that starts below the ground, or on it and goes
-    /// down, is blocked where it comes out at the latest. A point sees itself.
+    /// Terrains are known up to the bound of error that a hit carries (rounding, on the exact surface), and so is the view over
+    /// them: from an end on, the line may go below the ground by up to twice that bound, measured along the terrain's own z, and
+    /// is not blocked. Twice, since walls between coarse patches are as high again. An end further below does not see out: a line
+    /// that starts there is blocked where it comes out at the latest, and one that never does, by the ground above its start.
+    /// A point sees itself.
     ///
     /// # Errors
     ///
@@ -118,21 +120,53 @@ impl Picker<'_> {
         }
         let length = (b - a).length();
         let ray = Ray::new(a, b - a)?.with_range(0.0, length)?;
-        // The first hit decides, unless it is the end itself.
-        let ends = |hit: &PickedPoint| {
+        let Some(first) = self.pick(&ray, false)?.pop() else {
+            return self.ground_above(a, b);
+        };
+        // Whether what is met is no more than an end that lies on the ground.
+        let is_end = |hit: &PickedPoint| {
             // Coordinates are taken to the shape's own and back with a few roundings each.
             let rounding = 16.0 * f64::EPSILON * (a.length() + b.length() + hit.point.length());
-            let slack = (rounding + hit.error_bound.unwrap_or(0.0)) / hit.normal.dot(ray.direction).abs();
-            let (at_a, at_b) = (hit.distance <= slack, hit.distance >= length - slack);
-            match hit.detail {
-                // Out of the ground at `a`, into it at `b`.
-                HitDetail::Terrain(detail) => at_a && !detail.entering || at_b && detail.entering,
-                _ => at_a || at_b,
-            }
+            let HitDetail::Terrain(detail) = hit.detail else {
+                let slack = rounding / hit.normal.dot(ray.direction).abs();
+                return Ok(hit.distance <= slack || hit.distance >= length - slack);
+            };
+            // Between where the line crosses the ground and the end on the other side of it, is it ever below by more? Not if
+            // it is clear when it is lifted by as much.
+            let [from, to] = if detail.entering { [hit.point, b] } else { [a, hit.point] };
+            let lift = 2.0 * (rounding + hit.error_bound.unwrap_or(0.0));
+            let up = hit.local_to_world.matrix3.z_axis.normalize_or_zero();
+            Ok::<_, ActionError>(self.first_terrain(from + up * lift, to - from)?.is_none())
         };
-        match self.pick(&ray, false)?.pop() {
-            Some(hit) if ends(&hit) => Ok(self.pick(&ray, true)?.into_iter().find(|hit| !ends(hit))),
-            first => Ok(first),
+        // Nearly always the first hit decides.
+        if !is_end(&first)? {
+            return Ok(Some(first));
         }
+        for hit in self.pick(&ray, true)? {
+            if !is_end(&hit)? {
+                return Ok(Some(hit));
+            }
+        }
+        Ok(None)
+    }
+
+    /// What blocks the line from `a` to `b` if it meets nothing: where it is below the ground all along.
+    fn ground_above(&self, a: DVec3, b: DVec3) -> Result<Option<PickedPoint>, ActionError> {
+        let Some(ground) = self.pick_of(&Ray::new(a, DVec3::Z)?, false, is_terrain)?.pop() else {
+            return Ok(None);
+        };
+        let HitDetail::Terrain(TerrainDetail { entering: false, .. }) = ground.detail else { return Ok(None) };
+        let rounding = 16.0 * f64::EPSILON * (a.length() + b.length() + ground.point.length());
+        let lift = 2.0 * (rounding + ground.error_bound.unwrap_or(0.0));
+        if ground.distance > lift { Ok(Some(ground)) } else { self.first_terrain(a + DVec3::Z * lift, b - a) }
+    }
+
+    /// The first terrain on the way from a point; nothing on a way of no length.
+    fn first_terrain(&self, from: DVec3, way: DVec3) -> Result<Option<PickedPoint>, ActionError> {
+        if way == DVec3::ZERO {
+            return Ok(None);
+        }
+        let ray = Ray::new(from, way)?.with_range(0.0, way.length())?;
+        Ok(self.pick_of(&ray, false, is_terrain)?.pop())
     }
 }

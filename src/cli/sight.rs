@@ -24,6 +24,9 @@ pub(super) struct Args {
     /// Size of the picture that detail is chosen for
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     size: [u32; 2],
+    /// Name of the camera that detail is chosen for; the first one if not given
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
     /// Print an object with `hits`: none if the points see each other, or there is no ground
     #[arg(long)]
     json: bool,
@@ -47,7 +50,7 @@ pub(super) fn run(args: &Args) -> Outcome {
     let scene = load(&args.scene.scene)?;
     let failed = in_file(&args.scene.scene);
     let surface: Surface = args.surface.into();
-    let action = RayPickAction { surface, ..RayPickAction::pixel(0, 0, args.size) };
+    let action = RayPickAction { surface, camera: args.camera.clone(), ..RayPickAction::pixel(0, 0, args.size) };
     let picker: Picker<'_> = action.picker(&scene).map_err(&failed)?;
     let (found, nothing) = match (args.between, args.ground) {
         (Some([a, b]), _) => (picker.line_of_sight(a, b).map_err(&failed)?, "visible"),
