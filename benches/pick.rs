@@ -1,7 +1,9 @@
 //! Rays against a map of heights: the exact and the coarse surface beside parry3d's height field and obvhs's wide BVH.
 //!
 //! `cargo bench --bench pick`. All peers get the same maps and rays in one run, on one thread; a table of the figures and
-//! the bars that they have to pass comes last. parry3d and obvhs know f32 only: they get the map centred, in metres, y up.
+//! the bars that they have to pass comes last. Coarse picks go over the finest patches ("leaves"), and over those that a camera
+//! above a corner of the map takes at one pixel of error ("1 px"). Then `pick_many` over a scene, on one core and on two.
+//! parry3d and obvhs know f32 only: they get the map centred, in metres, y up.
 //! `SEAMOUNT_BENCH_MAPS=1201` or `4097` runs one map alone (the BVH of the larger needs about 10 GB).
 #![allow(missing_docs, reason = "criterion's macros make undocumented functions")]
 
@@ -11,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use glam::{DVec3, Vec3A};
+use glam::{DAffine3, DVec2, DVec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
@@ -21,11 +23,13 @@ use obvhs::triangle::Triangle;
 use parry3d::math::Vector;
 use parry3d::query::RayCast;
 use parry3d::utils::Array2;
-use seamount::scene::Image;
+use seamount::action::{Lens, Ray as WorldRay, RayPickAction, Surface, Viewpoint};
+use seamount::node::{SeamlessTerrain, Texture2, lattice_view};
+use seamount::scene::{Image, Scene};
 use seamount::terrain::pick::{CoarseSurface, FanErrors, FanTree, LatticeRay};
 use seamount::terrain::{
-    DrawnPick, DrawnSurface, ExactSurface, Full, HeightField, Hierarchy, MinMaxPyramid, Parts, Resolutions, Selection,
-    generate,
+    DrawnPick, DrawnSurface, ExactSurface, Full, HeightField, Hierarchy, LatticeView, MinMaxPyramid, Parts, PixelError,
+    Resolutions, Selection, TileErrors, generate,
 };
 
 const RAYS: usize = 20_000;
@@ -135,6 +139,26 @@ impl Map {
         rays
     }
 
+    fn terrain(&self) -> SeamlessTerrain {
+        let [cu, cv] = self.field.cells().map(f64::from);
+        let size = Some(DVec2::new(cu * self.cell[0], cv * self.cell[1]));
+        SeamlessTerrain { size, max_height: 65_535.0 * self.step, ..SeamlessTerrain::default() }
+    }
+
+    /// From above the south-west corner over most of the map, in a picture of 1280 × 720.
+    fn view(&self) -> LatticeView {
+        let terrain = self.terrain();
+        let size = terrain.size.unwrap_or_default();
+        let top = MinMaxPyramid::new(&self.field).full_range()[1] * self.step;
+        let (eye, target) = ((0.05 * size).extend(top + 0.05 * size.x), (0.6 * size).extend(0.0));
+        let forward = (target - eye).normalize();
+        let right = forward.cross(DVec3::Z).normalize();
+        let up = right.cross(forward);
+        let lens = Lens::Perspective { tan_half_height: 0.41 };
+        let view = Viewpoint { eye, right, up, forward, lens, aspect: 16.0 / 9.0, pixels: 720.0, near: 1.0, far: None };
+        lattice_view(&view, &DAffine3::IDENTITY, &terrain.frame(&self.field))
+    }
+
     /// A lattice point, or with `w` 0 a direction, as the peers want it.
     fn centred(&self, p: DVec3, w: f64) -> [f32; 3] {
         let [cu, cv] = self.field.cells().map(f64::from);
@@ -239,6 +263,7 @@ fn picks(c: &mut Criterion) {
     let wanted = std::env::var("SEAMOUNT_BENCH_MAPS").unwrap_or_default();
     if wanted.is_empty() || wanted == "1201" {
         measure(c, &Map::andes());
+        many(&Map::andes());
     }
     if wanted.is_empty() || wanted == "4097" {
         measure(c, &Map::generated());
@@ -252,11 +277,17 @@ fn measure(c: &mut Criterion, map: &Map) {
     for _ in 0..5 {
         pyramid = once(map, "exact: build, ms", || MinMaxPyramid::new(field));
     }
-    let tree = Hierarchy::new(field.cells(), Resolutions::new(16, 3).expect("valid"));
+    let (min, count) = SeamlessTerrain::default().resolutions;
+    let tree = Hierarchy::new(field.cells(), Resolutions::new(min, count).expect("the default is valid"));
     let errors = once(map, "coarse: errors, ms", || FanErrors::new(field, &tree));
     let selection = Selection::of(&tree, &Full);
-    let fans = once(map, "coarse: fans, ms", || FanTree::new(field, &tree, &selection));
+    let fans = once(map, "coarse: fans of all leaves, ms", || FanTree::new(field, &tree, &selection));
     let parts = Parts::new(tree.resolutions());
+    let tiles = TileErrors::new(field, &tree, &parts);
+    let (view, tolerance) = (map.view(), 1.0);
+    let seen = Selection::of(&tree, &PixelError { tolerance, view: &view, errors: &tiles, pyramid: &pyramid });
+    note(format!("{}|coarse: patches at 1 px", map.name), seen.patches(&tree).count() as f64);
+    let seen_fans = once(map, "coarse: fans at 1 px, ms", || FanTree::new(field, &tree, &seen));
     let parry = once(map, "parry3d: build, ms", || map.parry());
     let bvh = once(map, "obvhs: build, ms", || map.bvh());
     let memory = [
@@ -271,19 +302,22 @@ fn measure(c: &mut Criterion, map: &Map) {
     }
     let exact = ExactSurface { field, pyramid: &pyramid };
     let coarse = CoarseSurface { field, tree: &tree, selection: &selection, fans: &fans, errors: &errors };
+    let at_a_pixel = CoarseSurface { field, tree: &tree, selection: &seen, fans: &seen_fans, errors: &errors };
     let drawn = DrawnSurface { field, tree: &tree, parts: &parts, selection: &selection };
     let drawn = DrawnPick { drawn, pyramid: &pyramid };
     for class in CLASSES {
         let rays = map.rays(class);
         time(c, map.name, class, "exact", &rays, |ray| exact.first(ray).is_some());
-        time(c, map.name, class, "coarse", &rays, |ray| {
-            let mut hit = None;
-            coarse.intersect(ray, |h| {
-                hit = Some(h);
-                false
+        for (name, coarse) in [("leaves", &coarse), ("1 px", &at_a_pixel)] {
+            time(c, map.name, class, name, &rays, |ray| {
+                let mut hit = None;
+                coarse.intersect(ray, |h| {
+                    hit = Some(h);
+                    false
+                });
+                hit.is_some()
             });
-            hit.is_some()
-        });
+        }
         time(c, map.name, class, "drawn", &rays, |ray| {
             let mut hit = None;
             drawn.intersect(ray, |h| {
@@ -316,6 +350,48 @@ fn measure(c: &mut Criterion, map: &Map) {
     }
 }
 
+/// `pick_many` on one core and on two: rays from above, a scene of one map.
+fn many(map: &Map) {
+    let mut scene = Scene::new();
+    let root = scene.root();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/andes.png");
+    scene.add(root, Texture2 { filename: path.display().to_string(), ..Texture2::default() }).expect("a node");
+    scene.add(root, map.terrain()).expect("a node");
+    let frame = map.terrain().frame(&map.field);
+    let rays: Vec<WorldRay> = map
+        .rays("camera")
+        .iter()
+        .cycle()
+        .take(20 * RAYS)
+        .map(|ray| {
+            let (from, to) = (frame.local(ray.origin), frame.local(ray.origin + ray.direction));
+            WorldRay::new(from, to - from).expect("a ray")
+        })
+        .collect();
+    for surface in [Surface::Coarse, Surface::Exact] {
+        let action = RayPickAction { surface, ..RayPickAction::pixel(0, 0, [1280, 720]) };
+        let picker = action.picker(&scene).expect("a picker");
+        let mut hits = [0; 2];
+        // One after the other several times, so that what disturbs one disturbs the other.
+        let mut best = [f64::INFINITY; 2];
+        for _ in 0..7 {
+            for (k, threads) in [1, 2].into_iter().enumerate() {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+                let start = Instant::now();
+                let found = pool.install(|| picker.pick_many(&rays, false)).expect("picks");
+                best[k] = best[k].min(start.elapsed().as_secs_f64());
+                hits[k] = found.iter().filter(|hits| !hits.is_empty()).count();
+            }
+        }
+        assert_eq!(hits[0], hits[1]);
+        let name = surface.name();
+        let [one, two] = best.map(|seconds| seconds * 1e9 / rays.len() as f64);
+        note(format!("{}|pick_many, {name}: ns per ray on one core", map.name), one);
+        note(format!("{}|pick_many, {name}: ns per ray on two cores", map.name), two);
+        note(format!("{}|pick_many, {name}: times as fast on two cores", map.name), one / two);
+    }
+}
+
 fn print() {
     let table = TABLE.lock().unwrap_or_else(PoisonError::into_inner);
     let get = |title: String| table.iter().find(|(t, _)| *t == title).map(|&(_, value)| value);
@@ -324,17 +400,19 @@ fn print() {
     for map in maps {
         println!("\n{map}: ns per ray (share that hits)");
         println!(
-            "{:<12}{:>18}{:>18}{:>18}{:>18}{:>18}{:>9}{:>9}",
-            "", "exact", "coarse", "drawn", "parry3d", "obvhs", "×parry", "×obvhs"
+            "{:<12}{:>16}{:>16}{:>16}{:>16}{:>16}{:>16}{:>9}{:>9}{:>9}{:>9}",
+            "", "exact", "leaves", "1 px", "drawn", "parry3d", "obvhs", "×parry", "×obvhs", "leaves×", "1 px×"
         );
         for class in CLASSES {
             print!("{class:<12}");
             let ns = |peer: &str| get(format!("{map}|{class}|{peer}")).unwrap_or(f64::NAN);
-            for peer in ["exact", "coarse", "drawn", "parry3d", "obvhs"] {
+            for peer in ["exact", "leaves", "1 px", "drawn", "parry3d", "obvhs"] {
                 let share = get(format!("{map}|{class}|{peer} hits")).unwrap_or(0.0) / RAYS as f64;
-                print!("{:>18}", format!("{:.0} ({:.2}%)", ns(peer), 100.0 * share));
+                print!("{:>16}", format!("{:.0} ({:.2}%)", ns(peer), 100.0 * share));
             }
-            println!("{:>9.1}{:>9.1}", ns("parry3d") / ns("exact"), ns("obvhs") / ns("exact"));
+            let exact = ns("exact");
+            let ratios = [ns("parry3d") / exact, ns("obvhs") / exact, exact / ns("leaves"), exact / ns("1 px")];
+            println!("{:>9.1}{:>9.1}{:>9.2}{:>9.2}", ratios[0], ratios[1], ratios[2], ratios[3]);
         }
         for (title, value) in table.iter() {
             if let Some((m, what)) = title.split_once('|')

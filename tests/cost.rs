@@ -372,3 +372,61 @@ fn the_command_writes_its_three_files_and_nothing_half() {
     // What was there is still there.
     assert!(out.join("data.json").exists());
 }
+
+/// Killed in the middle of its work, whatever it is about, the command leaves whole files of what is finished.
+#[test]
+fn a_command_that_is_killed_leaves_what_it_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_str().unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_seamount"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["cost", "scenes/jacksboro.png", "--quick", "--size", "160x90", "-o", path])
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let data = folder.path().join("data.json");
+    while !data.exists() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it wrote anything");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let report: Report = serde_json::from_str(&std::fs::read_to_string(data).unwrap()).unwrap();
+    assert!(!report.complete && !drawing(&report).rows.is_empty());
+}
+
+/// Of a roof with its ridge from north to south: from low in the west the eastern half turns its back, from above nothing.
+#[test]
+fn triangles_that_face_away_are_counted() {
+    use seamount::action::{Lens, Viewpoint};
+    use seamount::node::lattice_view;
+    use seamount::terrain::{
+        ActivePatch, DrawnSurface, Full, HeightField, Hierarchy, Parts, Resolutions, Selection, Voids, facing_away,
+    };
+    let samples = (0..33 * 33).map(|i| 1000 * (16 - (i % 33 - 16i32).unsigned_abs() as u16)).collect();
+    let field = HeightField::from_u16(33, 33, samples, Voids::default()).unwrap();
+    let node = SeamlessTerrain { scale: 32.0, max_height: 65.535, ..SeamlessTerrain::default() };
+    let resolutions = Resolutions::new(8, 2).unwrap();
+    let (tree, parts) = (Hierarchy::new(field.cells(), resolutions), Parts::new(resolutions));
+    let selection = Selection::of(&tree, &Full);
+    let patches: Vec<ActivePatch> = selection.patches(&tree).collect();
+    let mesh = DrawnSurface { field: &field, tree: &tree, parts: &parts, selection: &selection };
+    let count = |eye: DVec3, forward: DVec3, lens: Lens, mirror: f64| {
+        let right = if forward.x == 0.0 { DVec3::X } else { forward.cross(DVec3::Z).normalize() };
+        let up = right.cross(forward);
+        let view = Viewpoint { eye, right, up, forward, lens, aspect: 1.0, pixels: 100.0, near: 0.1, far: None };
+        let model = DAffine3::from_scale(DVec3::new(mirror, 1.0, 1.0));
+        facing_away(&mesh, &patches, &lattice_view(&view, &model, &node.frame(&field)))
+    };
+    let perspective = Lens::Perspective { tan_half_height: 0.5 };
+    let parallel = Lens::Orthographic { half_height: 40.0 };
+    let half = 32 * 32;
+    // The slope is one in one: at a height of 10 beside it, the far side can not be seen.
+    assert_eq!(count(DVec3::new(-50.0, 16.0, 10.0), DVec3::X, perspective, 1.0), half);
+    assert_eq!(count(DVec3::new(16.0, 16.0, 100.0), DVec3::NEG_Z, perspective, 1.0), 0);
+    assert_eq!(count(DVec3::new(16.0, 16.0, -100.0), DVec3::Z, perspective, 1.0), 2 * half);
+    assert_eq!(count(DVec3::new(-50.0, 16.0, 10.0), DVec3::X, parallel, 1.0), half);
+    assert_eq!(count(DVec3::new(0.0, 16.0, 100.0), DVec3::new(0.6, 0.0, -0.8), parallel, 1.0), 0);
+    // Mirrored, the western half is where the eastern was.
+    assert_eq!(count(DVec3::new(50.0, 16.0, 10.0), DVec3::NEG_X, perspective, -1.0), half);
+}

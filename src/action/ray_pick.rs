@@ -8,6 +8,7 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::camera::unit;
 use super::render::find_camera;
+use super::state::Memo;
 use super::walk::{Go, Visitor, walk};
 use super::{Aabb, ActionError, Branches, Cameras, Index, Lens, Ray, ShapeContext, State, View, Viewpoint};
 use crate::node::{Cube, HitDetail, PickStyleKind, Role, ShapeHit, ShapeNode};
@@ -237,7 +238,8 @@ impl Picker<'_> {
     pub fn pick_many(&self, rays: &[Ray], all: bool) -> Result<Vec<Vec<PickedPoint>>, ActionError> {
         use rayon::prelude::*;
         // A pick takes about a microsecond; smaller pieces of work would cost more to hand out.
-        rays.par_iter().with_min_len(64).map(|ray| self.pick(ray, all)).collect()
+        let pick = |memo: &mut Memo, ray| self.pick_with(ray, all, |_| true, Some(memo));
+        rays.par_iter().with_min_len(64).map_init(Memo::default, pick).collect()
     }
 
     /// What the ray meets, nearest first: the first, or all.
@@ -256,15 +258,28 @@ impl Picker<'_> {
         all: bool,
         wanted: fn(&HitDetail) -> bool,
     ) -> Result<Vec<PickedPoint>, ActionError> {
-        let far = [ray.far; 2];
-        let mut pick = Pick { picker: self, ray: *ray, far, all, wanted, local: Vec::new(), found: Vec::new() };
+        self.pick_with(ray, all, wanted, None)
+    }
+
+    fn pick_with(
+        &self,
+        ray: &Ray,
+        all: bool,
+        wanted: fn(&HitDetail) -> bool,
+        memo: Option<&Memo>,
+    ) -> Result<Vec<PickedPoint>, ActionError> {
+        let (far, local, found) = ([ray.far; 2], Vec::new(), Vec::new());
+        let mut pick = Pick { picker: self, ray: *ray, far, all, wanted, memo, local, found };
         if !pick.indexed()? {
+            // Only the index keeps the States of places where they are.
+            pick.memo = None;
             walk(self.scene, Branches::Seen(self.viewpoint.as_ref()), &mut pick)?;
         }
         let mut found = pick.found;
         found.sort_by(order);
         if !all {
             found.truncate(1);
+            found.shrink_to_fit();
         }
         Ok(found)
     }
@@ -292,6 +307,7 @@ struct Pick<'p, 's> {
     far: [f64; 2],
     all: bool,
     wanted: fn(&HitDetail) -> bool,
+    memo: Option<&'p Memo>,
     local: Vec<ShapeHit>,
     found: Vec<PickedPoint>,
 }
@@ -334,6 +350,7 @@ impl Visitor for Pick<'_, '_> {
             surface: picker.surface,
             cameras: Some(&picker.cameras),
             kept: picker.frozen.and_then(|view| view.kept(path)),
+            memo: self.memo,
             ..ShapeContext::new(picker.scene, state, path)
         };
         // A shape flattened by its transform has no inside to meet.
@@ -362,6 +379,8 @@ impl Visitor for Pick<'_, '_> {
             if front_only && hit.normal.dot(local.direction) >= 0.0 {
                 continue;
             }
+            // Most picks meet one thing; a list that grows by itself would begin with room for four.
+            self.found.reserve_exact(usize::from(self.found.is_empty()));
             self.found.push(picked(hit, state, path));
             if !self.all {
                 let far = self.far.iter_mut().skip(usize::from(style.on_top())).take(1);

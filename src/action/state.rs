@@ -1,7 +1,9 @@
 //! What a walk knows at a point of the graph: the sum of the properties before it.
 
 use std::any::{Any, TypeId};
+use std::cell::RefCell;
 use std::path::PathBuf;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3, Vec3};
@@ -437,13 +439,26 @@ pub struct ShapeContext<'a> {
     pub cameras: Option<&'a Cameras<'a>>,
     /// What the shape kept when it was drawn, where that decides: in a view that is frozen.
     pub kept: Option<&'a (dyn Any + Send + Sync)>,
+    /// What shapes worked out for the rays before this one.
+    pub(crate) memo: Option<&'a Memo>,
+}
+
+/// What shapes have worked out for one ray and can use for the next: on one thread, so that many threads that pick at once share
+/// no lock and no count of references. A place is known by its State, which must stay where it is as long as this lives.
+#[derive(Default)]
+pub(crate) struct Memo(RefCell<Vec<(*const State, Rc<dyn Any>)>>);
+
+impl std::fmt::Debug for Memo {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Memo").field("places", &self.0.borrow().len()).finish()
+    }
 }
 
 impl<'a> ShapeContext<'a> {
     /// A place in the scene, seen by no camera.
     #[must_use]
     pub fn new(scene: &'a Scene, state: &'a State, path: &'a Path) -> Self {
-        Self { scene, state, path, viewpoint: None, surface: Surface::default(), cameras: None, kept: None }
+        Self { scene, state, path, viewpoint: None, surface: Surface::default(), cameras: None, kept: None, memo: None }
     }
 
     /// The image on a texture unit, decoded if need be; `None` if the unit is empty.
@@ -457,6 +472,22 @@ impl<'a> ShapeContext<'a> {
             Some(TextureSource::Memory(image)) => Ok(Some(Arc::clone(image))),
             Some(TextureSource::File(path)) => Ok(Some(self.scene.resources().image(path)?)),
         }
+    }
+
+    /// What `make` makes, or what it made for this shape and an earlier ray.
+    pub(crate) fn remember<T: 'static>(
+        &self,
+        make: impl FnOnce() -> Result<T, ShapeError>,
+    ) -> Result<Rc<T>, ShapeError> {
+        let Some(Memo(memo)) = self.memo else { return Ok(Rc::new(make()?)) };
+        let place: *const State = self.state;
+        let known = memo.borrow().iter().find(|(p, _)| *p == place).map(|(_, known)| Rc::clone(known));
+        if let Some(known) = known.and_then(|known| known.downcast().ok()) {
+            return Ok(known);
+        }
+        let made = Rc::new(make()?);
+        memo.borrow_mut().push((place, Rc::clone(&made) as Rc<dyn Any>));
+        Ok(made)
     }
 
     /// A shape's error with its place, as actions return it. Errors of an image point at the texture node that asked for it.

@@ -15,7 +15,7 @@ use crate::node::{
 };
 use crate::render::{Headless, Picture};
 use crate::scene::{NodeKey, Path, Scene};
-use crate::terrain::{ActivePatch, DrawnSurface, ScreenError, screen_error};
+use crate::terrain::{ActivePatch, DrawnSurface, LatticeView, ScreenError, facing_away, screen_error};
 
 /// The scene, its terrains, and what draws them.
 pub(super) struct Bench {
@@ -176,17 +176,33 @@ impl Bench {
 
     /// How far what the present camera sees is from the full-resolution surface on the screen, over all terrains.
     pub(super) fn error(&self) -> Result<ScreenError, CostError> {
-        let cameras = Cameras::new(&self.scene, self.size);
-        let viewpoint = cameras.viewpoint(None)?;
-        let mut measure = Measure { scene: &self.scene, viewpoint, cameras: &cameras, found: Vec::new() };
-        walk(&self.scene, Branches::Seen(Some(&viewpoint)), &mut measure)?;
-        let points: u64 = measure.found.iter().map(|e| e.points).sum();
-        let squares: f64 = measure.found.iter().map(|e| e.rms * e.rms * e.points as f64).sum();
+        let found = self.measure(true, screen_error)?;
+        let points: u64 = found.iter().map(|e| e.points).sum();
+        let squares: f64 = found.iter().map(|e| e.rms * e.rms * e.points as f64).sum();
         Ok(ScreenError {
-            max: measure.found.iter().map(|e| e.max).fold(0.0, f64::max),
+            max: found.iter().map(|e| e.max).fold(0.0, f64::max),
             rms: if points > 0 { (squares / points as f64).sqrt() } else { 0.0 },
             points,
         })
+    }
+
+    /// How many triangles, of those in view or of all, turn their back to the present camera.
+    pub(super) fn facing_away(&self, in_view: bool) -> Result<u64, CostError> {
+        Ok(self.measure(in_view, facing_away)?.into_iter().sum())
+    }
+
+    /// Measures the mesh of each terrain: the patches that are in view, or all.
+    fn measure<M>(
+        &self,
+        in_view: bool,
+        what: fn(&DrawnSurface<'_>, &[ActivePatch], &LatticeView) -> M,
+    ) -> Result<Vec<M>, CostError> {
+        let cameras = Cameras::new(&self.scene, self.size);
+        let viewpoint = cameras.viewpoint(None)?;
+        let mut measure =
+            Measure { scene: &self.scene, viewpoint, cameras: &cameras, in_view, what, found: Vec::new() };
+        walk(&self.scene, Branches::Seen(Some(&viewpoint)), &mut measure)?;
+        Ok(measure.found)
     }
 }
 
@@ -232,14 +248,16 @@ fn occurrences(scene: &Scene) -> Result<Vec<Terrain>, ActionError> {
     Ok(collect.found)
 }
 
-struct Measure<'s> {
+struct Measure<'s, M> {
     scene: &'s Scene,
     viewpoint: Viewpoint,
     cameras: &'s Cameras<'s>,
-    found: Vec<ScreenError>,
+    in_view: bool,
+    what: fn(&DrawnSurface<'_>, &[ActivePatch], &LatticeView) -> M,
+    found: Vec<M>,
 }
 
-impl Visitor for Measure<'_> {
+impl<M> Visitor for Measure<'_, M> {
     fn shape(&mut self, _: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
         let Some(node) = path.tail().and_then(|key| self.scene.get::<SeamlessTerrain>(key)) else {
             return Ok(Go::On);
@@ -256,12 +274,12 @@ impl Visitor for Measure<'_> {
         // Both surfaces of a patch lie in its box: none of its points counts if that is out of view.
         let visible = |patch: &ActivePatch| {
             let [low, high] = pyramid.patch_box(tree, patch.id);
-            !view.frustum.excludes(low, high)
+            !(self.in_view && view.frustum.excludes(low, high))
         };
         let patches: Vec<ActivePatch> = selection.patches(tree).filter(visible).collect();
         let (field, parts) = (placed.terrain.field(), placed.tree.parts());
         let drawn = DrawnSurface { field, tree, parts, selection: &selection };
-        self.found.push(screen_error(&drawn, &patches, &view));
+        self.found.push((self.what)(&drawn, &patches, &view));
         Ok(Go::On)
     }
 }

@@ -66,12 +66,13 @@ fn row(
     repeats: usize,
 ) -> Result<PublishedRow, CostError> {
     bench.edit_terrains(|node| node.culling = culling);
-    let (mut triangles, mut calls, mut parts) = (0.0, 0.0, 0.0);
+    let (mut triangles, mut away, mut calls, mut parts) = (0.0, 0.0, 0.0, 0.0);
     let (mut encodings, mut gpus) = (Vec::new(), Vec::new());
     for eye in eyes {
         bench.look(eye, 0);
         let mut frame = bench.frame()?.clone();
         parts += f64::from(frame.statistics.draw_calls);
+        away += bench.facing_away(culling)? as f64;
         if !instanced {
             separate(&mut frame);
         }
@@ -86,8 +87,12 @@ fn row(
         }
     }
     let eyes = eyes.len() as f64;
-    let figures =
-        PublishedFigures { triangles: triangles / eyes, draw_calls: calls / eyes, parts_in_use: parts / eyes };
+    let figures = PublishedFigures {
+        triangles: triangles / eyes,
+        facing_away: away / eyes,
+        draw_calls: calls / eyes,
+        parts_in_use: parts / eyes,
+    };
     let frames: Vec<Option<f64>> =
         gpus.iter().zip(&encodings).map(|(gpu, encoding)| Some(gpu.as_ref()? + encoding)).collect();
     let frame_ms: Figure = gpu_figure(&frames, median);

@@ -278,6 +278,8 @@ pub struct PublishedRow {
 pub struct PublishedFigures {
     /// Triangles drawn.
     pub triangles: f64,
+    /// Those of them that turn their back to the eye: the device leaves them out before it fills a pixel.
+    pub facing_away: f64,
     /// Draw calls.
     pub draw_calls: f64,
     /// Kinds of part in use: the fewest calls that drawing can take.

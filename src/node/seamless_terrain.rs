@@ -9,7 +9,7 @@ use crate::action::{
     Aabb, DebugColor, DrawContext, DrawOptions, Geometry, GeometryKind, Lens, Ray, ShapeContext, ShapeError, Surface,
     TerrainDraw, Viewpoint,
 };
-use crate::terrain::pick::{CoarseSurface, Fan, LatticeRay, TerrainHit};
+use crate::terrain::pick::{CoarseSurface, Fan, FanTree, LatticeRay, TerrainHit};
 use crate::terrain::{
     ActivePatch, Detail, DrawnHit, DrawnPick, DrawnSurface, ExactHit, ExactSurface, Frustum, HeightField, Instances,
     LatticeFrame, LatticeView, LodEye, Part, PatchTree, PixelProjection, Precision, Resolutions, Samples, Selection,
@@ -129,42 +129,50 @@ pub(crate) struct Placed {
     pub(crate) frame: LatticeFrame,
 }
 
+/// What a ray can meet: the same for all rays of one picker.
+struct Target {
+    placed: Placed,
+    /// The active patches; none are asked for on the exact surface.
+    selection: Option<Arc<Selection>>,
+    /// Their four triangles each, if those are met.
+    fans: Option<Arc<FanTree>>,
+}
+
 impl SeamlessTerrain {
     fn check(&self) -> Vec<FieldProblem> {
         let mut problems = Vec::new();
-        let mut need = |field, good: bool, message: String| {
+        // Asked by every action: a message is written only where it is needed.
+        let mut need = |field, good: bool, message: &dyn Fn() -> String| {
             if !good {
-                problems.push(FieldProblem::new(field, message));
+                problems.push(FieldProblem::new(field, message()));
             }
         };
         let positive = |v: f64| v > 0.0 && v.is_finite();
-        need("scale", positive(self.scale), format!("{} does not work: a length above 0", self.scale));
+        need("scale", positive(self.scale), &|| format!("{} does not work: a length above 0", self.scale));
         if let Some(DVec2 { x, y }) = self.size {
-            need("size", positive(x) && positive(y), format!("({x}, {y}) does not work: two lengths above 0"));
+            need("size", positive(x) && positive(y), &|| format!("({x}, {y}) does not work: two lengths above 0"));
         }
-        need("max_height", self.max_height.is_finite(), format!("{} is not a finite number", self.max_height));
-        need("base_height", self.base_height.is_finite(), format!("{} is not a finite number", self.base_height));
+        need("max_height", self.max_height.is_finite(), &|| format!("{} is not a finite number", self.max_height));
+        need("base_height", self.base_height.is_finite(), &|| format!("{} is not a finite number", self.base_height));
         match self.detail {
             DetailMode::PixelError(v) => {
-                need("detail", v >= 0.0, format!("a pixel error of {v} does not work: a number from 0 up"));
+                need("detail", v >= 0.0, &|| format!("a pixel error of {v} does not work: a number from 0 up"));
             }
             DetailMode::Precision(v) => {
-                need("detail", positive(v), format!("a precision of {v} does not work: a number above 0"));
+                need("detail", positive(v), &|| format!("a precision of {v} does not work: a number above 0"));
             }
             DetailMode::Full => {}
         }
         if let Err(error) = Resolutions::new(self.resolutions.0, self.resolutions.1) {
-            need("resolutions", false, error.to_string());
+            need("resolutions", false, &|| error.to_string());
         }
         let (min, count) = self.resolutions;
-        need(
-            "morph",
-            !self.morph || count == 2,
+        need("morph", !self.morph || count == 2, &|| {
             format!(
                 "morph works with two resolutions, where a patch has one refinement; resolutions ({min}, {count}) have \
-                 {count}: give resolutions ({min}, 2), or morph false"
-            ),
-        );
+                     {count}: give resolutions ({min}, 2), or morph false"
+            )
+        });
         problems
     }
 
@@ -563,7 +571,17 @@ impl ShapeNode for SeamlessTerrain {
     }
 
     fn ray(&self, cx: &ShapeContext<'_>, ray: &Ray, first: bool, hits: &mut Vec<ShapeHit>) -> Result<(), ShapeError> {
-        let placed = self.placed(cx)?;
+        let target = cx.remember(|| {
+            let placed = self.placed(cx)?;
+            let selection = match cx.surface {
+                Surface::Coarse | Surface::Drawn => Some(self.selection(cx, &placed)?),
+                Surface::Exact => None,
+            };
+            let fans = selection.as_ref().filter(|_| cx.surface == Surface::Coarse);
+            let fans = fans.map(|selection| placed.tree.fans(placed.terrain.field(), selection));
+            Ok(Target { placed, selection, fans })
+        })?;
+        let placed = &target.placed;
         let [dx, dy] = placed.frame.cell_size;
         let s = placed.frame.z_step;
         let d = ray.direction;
@@ -571,7 +589,7 @@ impl ShapeNode for SeamlessTerrain {
         // go to 10³⁸: from 10¹⁰⁰ of them the relief is 10⁻⁶² of the height that the ray starts from, far below its rounding.
         let start = (ray.origin.z - placed.frame.base) / s;
         if s == 0.0 || start.is_nan() || start.abs() > 1e100 || !(d.z / s).is_finite() {
-            flat(&placed, cx.surface, ray, hits);
+            flat(placed, cx.surface, ray, hits);
             return Ok(());
         }
         let lattice = LatticeRay {
@@ -582,31 +600,23 @@ impl ShapeNode for SeamlessTerrain {
         };
         let field = placed.terrain.field();
         let pyramid = placed.terrain.pyramid();
-        match cx.surface {
-            Surface::Coarse => {
-                let selection = self.selection(cx, &placed)?;
-                let surface = CoarseSurface {
-                    field,
-                    tree: placed.tree.hierarchy(),
-                    selection: &selection,
-                    fans: &placed.tree.fans(field, &selection),
-                    errors: placed.tree.fan_errors(field),
-                };
-                surface.intersect(&lattice, |hit| {
+        let (tree, parts) = (placed.tree.hierarchy(), placed.tree.parts());
+        match (&target.selection, &target.fans) {
+            (Some(selection), Some(fans)) => {
+                let errors = placed.tree.fan_errors(field);
+                CoarseSurface { field, tree, selection, fans, errors }.intersect(&lattice, |hit| {
                     hits.push(placed.coarse_hit(&hit));
                     !first
                 });
             }
-            Surface::Drawn => {
-                let selection = self.selection(cx, &placed)?;
-                let (tree, parts) = (placed.tree.hierarchy(), placed.tree.parts());
-                let drawn = DrawnSurface { field, tree, parts, selection: &selection };
+            (Some(selection), None) => {
+                let drawn = DrawnSurface { field, tree, parts, selection };
                 DrawnPick { drawn, pyramid }.intersect(&lattice, |hit| {
-                    hits.push(placed.drawn_hit(&hit, &selection));
+                    hits.push(placed.drawn_hit(&hit, selection));
                     !first
                 });
             }
-            Surface::Exact => ExactSurface { field, pyramid }.intersect(&lattice, |hit| {
+            (None, _) => ExactSurface { field, pyramid }.intersect(&lattice, |hit| {
                 hits.push(placed.exact_hit(&hit));
                 !first
             }),

@@ -1,6 +1,6 @@
 //! How far a mesh is from full resolution on the screen, measured: the judge of what the metrics promise.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::drawn::DrawnSurface;
 use super::errors::overlay_heights;
@@ -62,4 +62,29 @@ pub fn screen_error(mesh: &DrawnSurface<'_>, patches: &[ActivePatch], view: &Lat
     let add = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.max(b.0), a.1 + b.1, a.2 + b.2);
     let (max, squares, points) = of_patches.into_iter().fold((0.0, 0.0, 0), add);
     ScreenError { max, rms: if points > 0 { (squares / points as f64).sqrt() } else { 0.0 }, points }
+}
+
+/// How many triangles of these patches turn their back to the eye, or stand on edge: those that back-face culling on the device leaves
+/// out. Triangles without area, clamped to the border of the map, are among them.
+#[must_use]
+pub fn facing_away(mesh: &DrawnSurface<'_>, patches: &[ActivePatch], view: &LatticeView) -> u64 {
+    use rayon::prelude::*;
+    // Where the eye is, or for parallel rays which way they go, from the planes in which it lies.
+    let normals = DMat3::from_cols(view.right.truncate(), view.up.truncate(), view.depth.truncate()).transpose();
+    let eye = normals.inverse() * -DVec3::new(view.right.w, view.up.w, view.depth.w);
+    let across = view.right.truncate().cross(view.up.truncate());
+    let forward = across * across.dot(view.depth.truncate()).signum();
+    let faces = |corners: [[u32; 2]; 3], heights: [f64; 3]| {
+        let [a, b, c] = [0, 1, 2].map(|k| DVec3::new(f64::from(corners[k][0]), f64::from(corners[k][1]), heights[k]));
+        let normal = (b - a).cross(c - a);
+        // Upwards, whichever way round the corners go.
+        let normal = normal * normal.z.signum();
+        normal.z != 0.0
+            && match view.projection {
+                PixelProjection::Perspective { .. } => normal.dot(eye - a) > 0.0,
+                PixelProjection::Orthographic { .. } => normal.dot(forward) < 0.0,
+            }
+    };
+    let of_patch = |patch: &ActivePatch| mesh.triangles(*patch).filter(|t| !faces(t.corners, t.heights)).count() as u64;
+    patches.par_iter().map(of_patch).sum()
 }

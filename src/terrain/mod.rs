@@ -35,7 +35,7 @@ pub use generate::generate;
 pub use height_field::{HeightField, HeightFieldError, LatticeFrame, SampleRect, Samples, Voids};
 pub use hierarchy::{Hierarchy, PatchId};
 pub use instances::{Instance, Instances, LooseVertex};
-pub use measure::{ScreenError, screen_error};
+pub use measure::{ScreenError, facing_away, screen_error};
 pub use morph::{MorphErrors, MorphPixelError, PatchWeights, Urgency};
 pub use parts::{Part, Parts, Resolutions, ResolutionsError, Side, UnitVertex, parts_of};
 pub use pixel_error::{LatticeView, PixelError, PixelProjection};
