@@ -361,8 +361,6 @@ fn many(map: &Map) {
     let rays: Vec<WorldRay> = map
         .rays("camera")
         .iter()
-        .cycle()
-        .take(20 * RAYS)
         .map(|ray| {
             let (from, to) = (frame.local(ray.origin), frame.local(ray.origin + ray.direction));
             WorldRay::new(from, to - from).expect("a ray")
@@ -378,9 +376,11 @@ fn many(map: &Map) {
             for (k, threads) in [1, 2].into_iter().enumerate() {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
                 let start = Instant::now();
-                let found = pool.install(|| picker.pick_many(&rays, false)).expect("picks");
-                best[k] = best[k].min(start.elapsed().as_secs_f64());
-                hits[k] = found.iter().filter(|hits| !hits.is_empty()).count();
+                for _ in 0..10 {
+                    let found = pool.install(|| picker.pick_many(&rays, false)).expect("picks");
+                    hits[k] = found.iter().filter(|hits| !hits.is_empty()).count();
+                }
+                best[k] = best[k].min(start.elapsed().as_secs_f64() / 10.0);
             }
         }
         assert_eq!(hits[0], hits[1]);
