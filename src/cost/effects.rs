@@ -121,7 +121,10 @@ fn light(draw: &mut Draw, light: FrameLight) {
 
 fn directional(draw: &mut Draw) {
     draw.effects.directional_lights += 1;
-    light(draw, FrameLight::Directional { towards: Vec3::new(0.48, 0.6, 0.64), color: Vec3::splat(0.8) });
+    light(
+        draw,
+        FrameLight::Directional { towards: Vec3::new(0.48, 0.6, 0.64), color: Vec3::splat(0.8), shadow: false },
+    );
 }
 
 fn point(draw: &mut Draw) {

@@ -17,10 +17,10 @@ pub(super) struct Variant {
 impl Variant {
     pub(super) fn new(effects: &Effects, format: wgpu::TextureFormat) -> Result<Self, RenderError> {
         let e = effects;
-        let colors = e.color_map || e.ramp.is_some() || e.contours || e.detail_textures || e.normal_map;
+        let colors = e.color_map || e.ramp.is_some() || e.contours || e.detail_textures || e.normal_map || e.shadow;
         if e.geometry == GeometryKind::Mesh && (colors || e.debug_color != DebugColor::Plain) {
             return Err(RenderError::Effects(
-                "maps, ramps and lines and colours for study are for terrains, not for meshes",
+                "maps, ramps and lines, shadows and colours for study are for terrains, not for meshes",
             ));
         }
         if e.geometry == GeometryKind::Mesh && e.morph {
@@ -85,7 +85,7 @@ impl Variant {
             ("normals", e.lit() || e.debug_color == DebugColor::Normals),
             ("edges", self.edges()),
             ("gradients", self.gradients()),
-            ("lattice", self.gradients() || e.color_map || e.detail_textures),
+            ("lattice", self.gradients() || e.color_map || e.detail_textures || e.shadow),
             ("relative_height", e.ramp == Some(RampBy::Height) || e.contours),
             ("ramp", e.ramp.is_some()),
             ("albedo", e.color_map || e.ramp.is_some() || e.detail_textures),
@@ -138,12 +138,13 @@ pub(super) fn encodes(format: wgpu::TextureFormat) -> bool {
     !format.is_srgb() && !floats
 }
 
-const MODULES: [(&str, &str); 16] = [
+const MODULES: [(&str, &str); 17] = [
     ("fog", include_str!("../../shaders/fog.wesl")),
     ("ramp", include_str!("../../shaders/ramp.wesl")),
     ("contours", include_str!("../../shaders/contours.wesl")),
     ("detail_textures", include_str!("../../shaders/detail_textures.wesl")),
     ("normal_map", include_str!("../../shaders/normal_map.wesl")),
+    ("shadow", include_str!("../../shaders/shadow.wesl")),
     ("edges", include_str!("../../shaders/edges.wesl")),
     ("sky", include_str!("../../shaders/sky.wesl")),
     ("main", include_str!("../../shaders/main.wesl")),
