@@ -113,7 +113,8 @@ impl ShadowMap {
         let sign = if light.upwards { 1.0 } else { -1.0 };
         // Per cell along the longer axis: what a ray moves along the other one, and how it climbs.
         let (k, climb) = (across / along.abs(), sign * z / along.abs());
-        if !climb.is_finite() {
+        // As good as vertical: beyond f64 within the map.
+        if !(4.0 * climb * f64::from(columns.max(rows))).is_finite() {
             return map;
         }
         let size = if along_u { [columns, rows] } else { [rows, columns] }.map(|n| n as usize);
