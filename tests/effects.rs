@@ -342,10 +342,11 @@ fn pairs() -> Vec<Pair> {
                 let map = ShadowMap::new(&field, &LatticeLight { towards, upwards: true });
                 let dark = |du, dv| map.is_shadowed(hit.uv.x * 32.0 + du, (1.0 - hit.uv.y) * 32.0 + dv);
                 let own = dark(0.0, 0.0);
-                // The border of a shadow is a pixel wide, which is up to 1.5 cells.
+                // Rounding decides on the border itself; a pixel is up to 1.5 cells.
                 let around = [-1.5, 0.0, 1.5].map(|du| [-1.5, 0.0, 1.5].map(|dv| dark(du, dv)));
                 let sure = around.as_flattened().iter().all(|&dark| dark == own);
-                lit_by(hit, -LOW).filter(|_| sure).map(|lit| lit && own)
+                // What is turned away is dark already, but for the smoothing of normals far away.
+                lit_by(hit, -LOW).filter(|&lit| sure && (lit || !own)).map(|_| own)
             },
         },
         Pair {

@@ -150,6 +150,25 @@ fn shadow_heights_are_those_of_the_definition() {
     assert!(cast * 10 > compared && cast * 10 < compared * 9);
 }
 
+/// Whether ground a step or more away is in the light's way to a place, by exact rays from all points that a depth is
+/// interpolated from, at the height of the place; `None` where they do not agree.
+fn by_rays(surface: &ExactSurface<'_>, step: Step, u: f64, v: f64) -> Option<bool> {
+    let field = surface.field;
+    let direction = step.d.extend(step.climb);
+    let height = field.surface(u, v)?;
+    // A step on the ray may be in the ground already.
+    let blocked = |point: DVec2| {
+        let origin = point.extend(height) + direction;
+        let ray = LatticeRay { origin, direction, near: 0.0, far: f64::INFINITY };
+        field.surface(origin.x, origin.y).is_some_and(|ground| ground > origin.z) || surface.first(&ray).is_some()
+    };
+    let (c, r) = (u as u32, v as u32);
+    let third = if u - f64::from(c) >= v - f64::from(r) { (c + 1, r) } else { (c, r + 1) };
+    let around = [(c, r), third, (c + 1, r + 1)].into_iter().flat_map(|(c, r)| step.beside(field, c, r));
+    let own = blocked(DVec2::new(u, v));
+    around.filter(|(_, share)| *share > 0.0).all(|(point, _)| blocked(point) == own).then_some(own)
+}
+
 /// Random places of maps, light from all sides: where the rays from all points that a depth is interpolated from agree (the
 /// others are the band of doubt, within a cell of a shadow's border), the map says what they say.
 #[test]
@@ -180,29 +199,17 @@ fn what_lies_in_shadow_sees_no_light_by_exact_rays() {
             let map = ShadowMap::new(&field, &light);
             let step = Step::new(&light);
             let direction = step.d.extend(step.climb);
-            let meets = |origin: DVec3, near: f64| {
-                surface.first(&LatticeRay { origin, direction, near, far: f64::INFINITY }).is_some()
-            };
             for _ in 0..40 {
                 let (u, v) = (rng.range(0.0, cu), rng.range(0.0, cv));
-                let height = field.surface(u, v).unwrap();
-                // From one step on, where the ray may be in the ground already.
-                let blocked = |point: DVec2| {
-                    let start = point.extend(height) + direction;
-                    field.surface(start.x, start.y).is_some_and(|ground| ground > start.z) || meets(start, 0.0)
-                };
-                let (c, r) = (u as u32, v as u32);
-                let upper = u - f64::from(c) >= v - f64::from(r);
-                let third = if upper { (c + 1, r) } else { (c, r + 1) };
-                let around = [(c, r), third, (c + 1, r + 1)].into_iter().flat_map(|(c, r)| step.beside(&field, c, r));
-                let own_ray = blocked(DVec2::new(u, v));
                 asked += 1;
-                if around.filter(|(_, share)| *share > 0.0).all(|(point, _)| blocked(point) == own_ray) {
+                if let Some(own_ray) = by_rays(&surface, step, u, v) {
                     assert_eq!(map.is_shadowed(u, v), own_ray, "{name}, {light:?} at ({u}, {v})");
                     sure += 1;
                     dark += u32::from(own_ray);
                     // Only ground within a step can be in the way of what the map takes for lit: that is told by the normal.
-                    own += u32::from(!own_ray && meets(DVec3::new(u, v, height) + direction * 1e-6, 0.0));
+                    let start = DVec3::new(u, v, field.surface(u, v).unwrap()) + direction * 1e-6;
+                    let ray = LatticeRay { origin: start, direction, near: 0.0, far: f64::INFINITY };
+                    own += u32::from(!own_ray && surface.first(&ray).is_some());
                 }
             }
         }
@@ -290,29 +297,21 @@ mod pictures {
         let (plain, picture) = (gpu.draw(&frame(&plain.scene)), gpu.draw(&frame(&shaded.scene)));
         let action = RayPickAction { surface: Surface::Exact, ..RayPickAction::pixel(0, 0, SIZE) };
         let picker = action.picker(&shaded.scene).unwrap();
+        // 64 cells of 6.25, rows to the south, heights of up to 120.
+        let towards = -direction * DVec3::new(1.0, -1.0, 65_535.0 / 120.0 * 6.25);
+        let step = Step::new(&LatticeLight { towards, upwards: true });
+        let field = generate(65, 4).unwrap();
+        let surface = ExactSurface { field: &field, pyramid: &MinMaxPyramid::new(&field) };
         let (mut dark, mut light) = (0, 0);
         for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
-            let blocked = |dx: f64, dy: f64| {
-                let at = |p: u32, d: f64, n: u32| (f64::from(p) + 0.5 + d) / f64::from(n);
-                let ray = picker.ray_through(at(x, dx, SIZE[0]), at(y, dy, SIZE[1])).unwrap();
-                let hit = picker.pick(&ray, false).unwrap().into_iter().next().unwrap();
-                // A step of the light's azimuth is one cell along x.
-                let step = -direction * (400.0 / 64.0);
-                let start = hit.point + step;
-                let above =
-                    shaded.scene.height_at(start.x, start.y).unwrap().is_none_or(|ground| ground.height <= start.z);
-                let towards = Ray::new(start, step).unwrap();
-                !above || !picker.pick(&towards, false).unwrap().is_empty()
-            };
-            // A cell is two pixels: the band of doubt.
-            let reach = [-2.5, 0.0, 2.5];
-            let own = blocked(0.0, 0.0);
-            let inside = |p: u32| (3..SIZE[0] - 3).contains(&p);
-            let sure = inside(x) && inside(y) && reach.iter().all(|&dx| reach.iter().all(|&dy| blocked(dx, dy) == own));
-            if sure && own {
+            let at = |p: u32| (f64::from(p) + 0.5) / 120.0;
+            let ray = picker.ray_through(at(x), at(y)).unwrap();
+            let point = picker.pick(&ray, false).unwrap().into_iter().next().unwrap().point;
+            let Some(own) = by_rays(&surface, step, point.x / 6.25, 64.0 - point.y / 6.25) else { continue };
+            if own {
                 assert_eq!(picture.at(x, y)[0], 0.0, "({x}, {y}) lies in shadow");
                 dark += 1;
-            } else if sure {
+            } else {
                 let (got, want) = (picture.at(x, y)[0], plain.at(x, y)[0]);
                 // Two shaders, whose rounding may differ by a step of half floats.
                 assert!((got - want).abs() <= want * 2e-3, "({x}, {y}) is lit: {got} is not {want}");

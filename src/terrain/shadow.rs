@@ -149,8 +149,8 @@ impl ShadowMap {
             let step = i as f64;
             let offset = k * step;
             if i + 1 < n {
-                // What a line crosses from here to the samples ahead and on them. It is ahead of this column by up to a step,
-                // so it counts from the next column on but for what is on the samples ahead.
+                // What lines cross on the column ahead is a whole step from here; what they cross before it counts from the
+                // next column on.
                 let (from, to) = (offset.min(offset + k), offset.max(offset + k));
                 let near = ((-to).floor() as i64 - 1).max(first);
                 let far = ((-from).ceil() as i64 + m as i64).min(last);
