@@ -391,7 +391,7 @@ mod drawn {
             let missed = RayPickAction { radius: 1.55, ..RayPickAction::pixel(x, y, SIZE) }.apply(&scene).unwrap();
             // Past its cut end a line is picked, within the radius, and not drawn.
             assert!(!drawn || !missed.is_empty(), "({x}, {y})");
-            assert!(drawn || hit.is_empty() || y < 62 || y > 110, "({x}, {y}) {hit:?}");
+            assert!(drawn || hit.is_empty() || !(62..=110).contains(&y), "({x}, {y}) {hit:?}");
         }
         assert!(picture.texels.iter().filter(|t| t[0] > 0.0).count() > 100);
     }

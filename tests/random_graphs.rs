@@ -330,7 +330,7 @@ fn half(scene: &Scene, key: NodeKey) -> DVec3 {
 fn reference_box(scene: &Scene) -> Option<Aabb> {
     let corners = reference(scene, Mode::Possible).0.into_iter().flat_map(|found| {
         let bounds = match vertices(scene, found.key) {
-            Some(points) => Aabb::of(points.into_iter()).expect("three points"),
+            Some(points) => Aabb::of(points).expect("three points"),
             None => Aabb { min: -half(scene, found.key), max: half(scene, found.key) },
         };
         bounds.corners().map(|c| found.state.model.transform_point3(c))

@@ -27,8 +27,11 @@ struct StrokeSet {
     lines: Vec<std::ops::Range<usize>>,
     bounds: Option<Aabb>,
     /// As lines, and as points.
-    drawn: [OnceLock<Option<(DVec3, Arc<Strokes>)>>; 2],
+    drawn: [OnceLock<Option<Anchored>>; 2],
 }
+
+/// Strokes relative to a point.
+type Anchored = (DVec3, Arc<Strokes>);
 
 impl StrokeSet {
     /// The set of a shape at its place: the one made before if nothing that it depends on has changed. `build` adds the
@@ -106,7 +109,7 @@ impl StrokeSet {
         cx.draw_strokes(Arc::clone(strokes), &DAffine3::from_translation(*anchor))
     }
 
-    fn strokes(&self, dots: bool) -> Option<(DVec3, Arc<Strokes>)> {
+    fn strokes(&self, dots: bool) -> Option<Anchored> {
         // Relative to a vertex, so that large local coordinates keep their digits.
         let anchor = self.at(self.vertices.first()?);
         let end = |vertex: &Vertex, normal: u32| {
