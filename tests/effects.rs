@@ -377,6 +377,17 @@ fn pairs() -> Vec<Pair> {
             changes: may,
         },
         Pair {
+            effect: "points",
+            brings: &[],
+            words: &["corner", "shares", "discard"],
+            without: coarse,
+            with: |b| {
+                coarse(b);
+                b.add(DrawStyle { style: Style::Points, point_size: 5.0, ..Default::default() });
+            },
+            changes: may,
+        },
+        Pair {
             effect: "lines-on-faces",
             brings: &[],
             words: &["edge", "shares", "mix(color, draw.lines"],

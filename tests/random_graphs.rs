@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use seamount::action::{CallbackAction, PrimitiveCountAction, walk::Go};
+use seamount::action::{CallbackAction, PrimitiveCount, PrimitiveCountAction, walk::Go};
 use seamount::format::{parse, write_scene};
 use seamount::node::{Array, ArrayOrigin, MultipleCopy, Registry};
 use seamount::prelude::*;
@@ -15,7 +15,7 @@ use seamount::prelude::*;
 type Step = (u8, u16, u16, [i8; 3]);
 
 fn steps() -> impl Strategy<Value = Vec<Step>> {
-    prop::collection::vec((0u8..24, any::<u16>(), any::<u16>(), prop::array::uniform3(-4i8..5)), 1..40)
+    prop::collection::vec((0u8..26, any::<u16>(), any::<u16>(), prop::array::uniform3(-4i8..5)), 1..40)
 }
 
 fn cases() -> u32 {
@@ -112,6 +112,10 @@ impl Program {
                     s.which_child = i32::from(b).max(-3);
                 } else if let Some(mut s) = self.scene.edit::<Cube>(key) {
                     s.depth = factor(c).abs();
+                } else if let Some(&own) = self.scene.children(key).first()
+                    && let Some(mut p) = self.scene.edit::<VertexProperty>(own)
+                {
+                    p.vertex.make_mut()[0] += v;
                 }
                 return;
             }
@@ -121,6 +125,20 @@ impl Program {
                     self.scene.remove(key).expect("a node");
                     self.keys.retain(|&k| k != key);
                 }
+                return;
+            }
+            24 | 25 => {
+                // Lines or points with coordinates of their own, which are edited later.
+                let key = self.scene.insert_boxed(match a > 0 {
+                    true => Box::new(LineSet::default()),
+                    false => Box::new(PointSet::default()),
+                });
+                let vertex = [v, DVec3::new(v.z, factor(a), v.x), DVec3::splat(factor(b))];
+                self.scene
+                    .add(key, VertexProperty { vertex: vertex.into(), ..VertexProperty::default() })
+                    .expect("a list");
+                self.keys.push(key);
+                self.scene.add_child(parent, key).expect("a fresh node makes no cycle");
                 return;
             }
             _ => {
@@ -295,6 +313,12 @@ fn reference(scene: &Scene, mode: Mode) -> (Vec<Found>, Vec<Path>) {
     out
 }
 
+/// The points of a set of lines or points.
+fn vertices(scene: &Scene, key: NodeKey) -> Option<Vec<DVec3>> {
+    let own = *scene.children(key).first()?;
+    Some(scene.get::<VertexProperty>(own)?.vertex.to_vec())
+}
+
 /// Half the sizes of a shape's box.
 fn half(scene: &Scene, key: NodeKey) -> DVec3 {
     match scene.get::<Cube>(key) {
@@ -305,8 +329,11 @@ fn half(scene: &Scene, key: NodeKey) -> DVec3 {
 
 fn reference_box(scene: &Scene) -> Option<Aabb> {
     let corners = reference(scene, Mode::Possible).0.into_iter().flat_map(|found| {
-        let h = half(scene, found.key);
-        Aabb { min: -h, max: h }.corners().map(|c| found.state.model.transform_point3(c))
+        let bounds = match vertices(scene, found.key) {
+            Some(points) => Aabb::of(points).expect("three points"),
+            None => Aabb { min: -half(scene, found.key), max: half(scene, found.key) },
+        };
+        bounds.corners().map(|c| found.state.model.transform_point3(c))
     });
     Aabb::of(corners)
 }
@@ -315,7 +342,8 @@ fn reference_box(scene: &Scene) -> Option<Aabb> {
 fn reference_hits(scene: &Scene, ray: &Ray) -> Vec<(f64, Path)> {
     let mut hits = Vec::new();
     for found in reference(scene, Mode::Seen).0 {
-        if !found.state.pickable {
+        // A ray of the world meets no lines and points.
+        if !found.state.pickable || vertices(scene, found.key).is_some() {
             continue;
         }
         let inverse = found.state.model.inverse();
@@ -394,9 +422,15 @@ fn check_against_reference(scene: &Scene) {
         .expect("a walk");
     let (shapes, expected) = reference(scene, Mode::Seen);
     assert_eq!(visited, expected);
-    let count: u64 = shapes.iter().map(|s| if scene.get::<Cube>(s.key).is_some() { 12 } else { 870 }).sum();
-    assert_eq!(triangles, count);
-    assert_eq!(PrimitiveCountAction::default().apply(scene).expect("a count").triangles, count);
+    let mut count = PrimitiveCount::default();
+    for Found { key, .. } in &shapes {
+        count.triangles += if scene.get::<Cube>(*key).is_some() { 12 } else { 0 };
+        count.triangles += if scene.get::<Sphere>(*key).is_some() { 870 } else { 0 };
+        count.lines += if scene.get::<LineSet>(*key).is_some() { 2 } else { 0 };
+        count.points += if scene.get::<PointSet>(*key).is_some() { 3 } else { 0 };
+    }
+    assert_eq!(triangles, count.triangles);
+    assert_eq!(PrimitiveCountAction::default().apply(scene).expect("a count"), count);
 
     // Copies have one path: it is found once if its copies follow each other.
     let cubes: Vec<Path> = reference(scene, Mode::Possible)

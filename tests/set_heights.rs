@@ -236,7 +236,7 @@ fn others_keep_the_heights_of_before() {
     let frame = action.apply(&scene).unwrap();
     let held = match &frame.draws[0].geometry {
         seamount::action::Geometry::Terrain(draw) => Arc::clone(&draw.heights),
-        seamount::action::Geometry::Mesh(_) => unreachable!("there are terrains only"),
+        _ => unreachable!("there are terrains only"),
     };
     let before = held.samples().clone();
     let top = |scene: &Scene| BoundingBoxAction::default().apply(scene).unwrap().unwrap().max.z;

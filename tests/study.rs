@@ -18,7 +18,9 @@ fn scene(style: Style, line_width: f32) -> Scene {
     let (position, look_at) = (Some(DVec3::new(-0.4, -1.5, 1.6)), Some(DVec3::new(0.2, 0.4, 0.0)));
     scene.add(root, PerspectiveCamera { position, look_at, ..Default::default() }).unwrap();
     scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
-    scene.add(root, DrawStyle { style, line_width, line_color: Color::new(1.0, 0.0, 0.0) }).unwrap();
+    scene
+        .add(root, DrawStyle { style, line_width, line_color: Color::new(1.0, 0.0, 0.0), ..DrawStyle::default() })
+        .unwrap();
     scene.add(root, Texture2::from_image(Image::new(3, 3, Pixels::Gray16(samples)).unwrap())).unwrap();
     scene
         .add(

@@ -98,6 +98,7 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "color-by-level",    |e| on(e.debug_color == DebugColor::Levels), by_shape;
     "color-by-normal",   |e| on(e.debug_color == DebugColor::Normals), by_shape;
     "lines",             |e| on(e.style == Style::Lines),       |s| by(&[Aspect::DrawStyle], s);
+    "points",            |e| on(e.style == Style::Points),      |s| by(&[Aspect::DrawStyle], s);
     "lines-on-faces",    |e| on(e.style == Style::FilledLines), |s| by(&[Aspect::DrawStyle], s);
 };
 

@@ -110,6 +110,9 @@ pub enum ActionError {
     /// The picture has no pixels.
     #[error("a picture of {0} × {1} pixels can not be: both have to be at least 1")]
     Viewport(u32, u32),
+    /// The radius of a pick is none.
+    #[error("a pick radius of {0} pixels can not be: a number from 0 up")]
+    Radius(f64),
     /// The graph is nested too deep to be walked.
     #[error("the scene is nested deeper than {limit} levels", limit = super::walk::MAX_DEPTH)]
     TooDeep,

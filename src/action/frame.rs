@@ -84,7 +84,9 @@ pub struct Draw {
     pub towards_eye: Option<Vec3>,
     /// What colours a terrain beside material and colour map.
     pub coloring: Coloring,
-    /// The edges of triangles, where they are drawn.
+    /// Width and height of the picture in pixels, for what has its size there.
+    pub picture: Vec2,
+    /// The edges and corners of triangles, where they are drawn, and lines and points.
     pub lines: LineStyle,
     /// The air between eye and shape, where there is fog.
     pub fog: Fog,
@@ -109,12 +111,12 @@ pub struct SurfaceMaterial {
     pub opacity: f32,
 }
 
-/// How the edges of triangles are drawn.
+/// How lines and points are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LineStyle {
-    /// Colour on filled faces, linear.
+    /// Colour of edges on filled faces, linear.
     pub color: Vec3,
-    /// Width in pixels.
+    /// Width of lines, or of points, in pixels.
     pub width: f32,
 }
 
@@ -197,6 +199,8 @@ pub enum Geometry {
     Terrain(TerrainDraw),
     /// Triangles.
     Mesh(Arc<Mesh>),
+    /// Lines or points.
+    Strokes(Arc<Strokes>),
 }
 
 /// The patches to draw of one terrain.
@@ -308,6 +312,17 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// Lines or points of one width on the screen, in local coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strokes {
+    /// Straight pieces: place and unit normal of both ends. A point has the same ends.
+    pub pieces: Vec<[[Vec3; 2]; 2]>,
+    /// Whether they are points, which are drawn as squares; a line without length is nothing.
+    pub dots: bool,
+    /// Whether the normals mean anything; else strokes are not lit.
+    pub lit: bool,
+}
+
 /// How a terrain is coloured for study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum DebugColor {
@@ -337,6 +352,8 @@ pub enum GeometryKind {
     /// Triangle mesh.
     #[default]
     Mesh,
+    /// Lines or points of one width on the screen.
+    Strokes,
 }
 
 impl GeometryKind {
@@ -349,6 +366,12 @@ impl GeometryKind {
             (Samples::U16(_), true) => Self::LooseU16,
             (Samples::F32(_), true) => Self::LooseF32,
         }
+    }
+
+    /// Whether it is a terrain.
+    #[must_use]
+    pub fn is_terrain(self) -> bool {
+        !matches!(self, Self::Mesh | Self::Strokes)
     }
 
     /// Whether it is loose triangles of a terrain.
@@ -384,7 +407,7 @@ pub struct Effects {
     pub normal_map: bool,
     /// Whether a terrain lies in its own shadow.
     pub shadow: bool,
-    /// Filled, or with edges. [`Style::Invisible`] is not drawn at all.
+    /// Filled, or with edges, or corners alone. [`Style::Invisible`] is not drawn at all.
     pub style: Style,
     /// Whether the colour map is moved, turned or scaled.
     pub color_map_transform: bool,
@@ -431,6 +454,8 @@ impl Effects {
             detail_textures: self.detail_textures && plain,
             transparency: self.transparency && plain,
             fog: if plain { self.fog } else { FogType::None },
+            // They have no edges of their own.
+            style: if self.geometry == GeometryKind::Strokes { Style::Filled } else { self.style },
             ..self
         }
     }
@@ -444,6 +469,7 @@ impl Effects {
             GeometryKind::LooseU16 => "loose-terrain-u16",
             GeometryKind::LooseF32 => "loose-terrain-f32",
             GeometryKind::Mesh => "mesh",
+            GeometryKind::Strokes => "strokes",
         };
         let used = super::EFFECTS.iter().filter(|effect| effect.is_on(self));
         std::iter::once(kind.to_owned()).chain(used.map(|effect| effect.name_in(self))).collect()

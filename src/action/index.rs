@@ -41,8 +41,9 @@ pub(crate) struct Place {
     pub(crate) path: Path,
     pub(crate) state: State,
     pub(crate) bounds: Aabb,
-    /// Whether its map to the world magnifies rounding so much that its box does not decide whether a ray meets it.
-    steep: bool,
+    /// Whether its box does not decide whether a ray meets it: its map to the world magnifies rounding too much, or it says
+    /// so itself.
+    unboxed: bool,
 }
 
 /// A place of a group that restores all of the State.
@@ -83,7 +84,7 @@ pub(crate) struct Index {
     free_places: Vec<usize>,
     special: Special,
     /// Places that every ray is tried on.
-    steep: HashSet<usize>,
+    unboxed: HashSet<usize>,
     tree: BoxTree,
 }
 
@@ -157,13 +158,13 @@ impl Index {
             return false;
         }
         let mut far = ray.far;
-        for &id in &self.steep {
+        for &id in &self.unboxed {
             if let Some(Some(place)) = self.places.get(id) {
                 far = visit(place);
             }
         }
         self.tree.ray(&Ray { far, ..*ray }, SLACK, |id, far| match self.places.get(id) {
-            Some(Some(place)) if !place.steep => visit(place),
+            Some(Some(place)) if !place.unboxed => visit(place),
             _ => far,
         });
         true
@@ -248,7 +249,7 @@ impl Index {
                 if let Some(slot) = self.places.get_mut(place) {
                     *slot = None;
                 }
-                self.steep.remove(&place);
+                self.unboxed.remove(&place);
                 self.free_places.push(place);
                 gone.push(place);
             }
@@ -364,11 +365,11 @@ impl Visitor for Collect<'_> {
         if state.pick_style.on_top() {
             self.special(Special { on_top: 1, ..Special::default() });
         }
-        let steep = steepness(state) > STEEP;
-        let place = Place { path: path.clone(), state: state.clone(), bounds, steep };
+        let unboxed = steepness(state) > STEEP || shape.beyond_box();
+        let place = Place { path: path.clone(), state: state.clone(), bounds, unboxed };
         let id = put(&mut self.index.places, &mut self.index.free_places, place);
-        if steep {
-            self.index.steep.insert(id);
+        if unboxed {
+            self.index.unboxed.insert(id);
         }
         if let Some(Some(block)) = self.open.last().and_then(|&block| self.index.blocks.get_mut(block)) {
             block.places.push(id);

@@ -16,6 +16,7 @@ mod frame;
 mod ground;
 mod index;
 mod matrix;
+mod pick_cone;
 mod ray;
 mod ray_pick;
 mod render;
@@ -37,12 +38,13 @@ pub use effects::{DrawEffects, EFFECTS, EffectInfo};
 pub use error::{ActionError, ShapeError};
 pub use frame::{
     Attenuation, ColorMap, Coloring, Cone, ContourStyle, DebugColor, DetailMaps, Draw, Effects, Fog, Frame, FrameLight,
-    Geometry, GeometryKind, LineStyle, Mesh, RampMap, Relief, Sky, Statistics, SurfaceMaterial, TerrainDraw,
+    Geometry, GeometryKind, LineStyle, Mesh, RampMap, Relief, Sky, Statistics, Strokes, SurfaceMaterial, TerrainDraw,
     linear_color, linear_from_srgb,
 };
 pub use ground::GroundPoint;
 pub(crate) use index::{Index, IndexCache};
 pub use matrix::MatrixAction;
+pub use pick_cone::{Near, PickCone};
 pub(crate) use ray::{Crossings, Meeting, meet_triangle};
 pub use ray::{Ray, RayError, intersect_triangle};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};

@@ -10,7 +10,7 @@ use super::camera::unit;
 use super::render::find_camera;
 use super::state::Memo;
 use super::walk::{Go, Visitor, walk};
-use super::{Aabb, ActionError, Branches, Cameras, Index, Lens, Ray, ShapeContext, State, View, Viewpoint};
+use super::{Aabb, ActionError, Branches, Cameras, Index, Lens, PickCone, Ray, ShapeContext, State, View, Viewpoint};
 use crate::node::{Cube, HitDetail, PickStyleKind, Role, ShapeHit, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
 
@@ -104,6 +104,9 @@ impl PickedPoint {
 /// those of the picture that the camera takes (without a camera, of its finest patches), on the very triangles of that
 /// picture, or exactly on every cell of its map. What is outside the picture is picked as well. No GPU is used.
 ///
+/// Lines and points have no extent; they are met through the picture, within [`RayPickAction::radius`] pixels of the picked
+/// place. The hit is the point of the line that is nearest there, as far along the ray as that point is deep in the picture.
+///
 /// # Example
 ///
 /// ```
@@ -130,20 +133,29 @@ pub struct RayPickAction {
     pub size: [u32; 2],
     /// Name of the camera; the first one if not given.
     pub camera: Option<String>,
+    /// How far from the picked place of the picture lines and points are met, in pixels, from 0 up. A ray in world
+    /// coordinates knows no pixels, and meets none.
+    pub radius: f64,
 }
 
 impl RayPickAction {
+    /// Open Inventor's radius for lines and points, in pixels.
+    pub const RADIUS: f64 = 5.0;
+
+    fn new(target: PickTarget, size: [u32; 2]) -> Self {
+        Self { target, surface: Surface::default(), all: false, size, camera: None, radius: Self::RADIUS }
+    }
+
     /// The first hit along a ray in world coordinates.
     #[must_use]
     pub fn ray(ray: Ray) -> Self {
-        Self { target: PickTarget::Ray(ray), surface: Surface::default(), all: false, size: [1280, 720], camera: None }
+        Self::new(PickTarget::Ray(ray), [1280, 720])
     }
 
     /// The first hit through the centre of a pixel of a picture of this size.
     #[must_use]
     pub fn pixel(x: u32, y: u32, size: [u32; 2]) -> Self {
-        let target = PickTarget::Pixel(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        Self { target, surface: Surface::default(), all: false, size, camera: None }
+        Self::new(PickTarget::Pixel(f64::from(x) + 0.5, f64::from(y) + 0.5), size)
     }
 
     /// What the ray meets, nearest first; empty if nothing.
@@ -153,12 +165,13 @@ impl RayPickAction {
     /// When the ray is none, a picture is asked for without a camera, or a shape can not be had.
     pub fn apply(&self, scene: &Scene) -> Result<Vec<PickedPoint>, ActionError> {
         let picker = self.picker(scene)?;
-        let ray = match self.target {
-            PickTarget::Ray(ray) => ray,
-            PickTarget::Pixel(x, y) => picker.ray_through(x / f64::from(self.size[0]), y / f64::from(self.size[1]))?,
-            PickTarget::Point(x, y) => picker.ray_through(x, y)?,
-        };
-        picker.pick(&ray, self.all)
+        match self.target {
+            PickTarget::Ray(ray) => picker.pick(&ray, self.all),
+            PickTarget::Pixel(x, y) => {
+                picker.pick_through(x / f64::from(self.size[0]), y / f64::from(self.size[1]), self.all)
+            }
+            PickTarget::Point(x, y) => picker.pick_through(x, y, self.all),
+        }
     }
 
     /// Everything that many picks of one scene have in common, found once.
@@ -167,6 +180,9 @@ impl RayPickAction {
     ///
     /// When the camera can not be used, or a shape that near and far depend on can not be had.
     pub fn picker<'s>(&self, scene: &'s Scene) -> Result<Picker<'s>, ActionError> {
+        if !(self.radius >= 0.0 && self.radius.is_finite()) {
+            return Err(ActionError::Radius(self.radius));
+        }
         let cameras = Cameras::new(scene, self.size);
         let viewpoint = cameras.viewpoint_if_any(self.camera.as_deref())?;
         let limits = match viewpoint {
@@ -177,7 +193,8 @@ impl RayPickAction {
             None => (None, None),
         };
         let index = scene.index();
-        Ok(Picker { scene, surface: self.surface, viewpoint, cameras, frozen: None, limits, index })
+        let (surface, radius) = (self.surface, self.radius);
+        Ok(Picker { scene, surface, viewpoint, cameras, frozen: None, limits, index, radius })
     }
 
     /// The picker for what is shown in a view: while the view is frozen it picks the detail that is drawn there.
@@ -201,6 +218,8 @@ pub struct Picker<'s> {
     /// Near and far as the camera's node gives them.
     limits: (Option<f64>, Option<f64>),
     index: Option<Arc<Index>>,
+    /// How far lines and points are met, in pixels.
+    radius: f64,
 }
 
 impl Picker<'_> {
@@ -230,6 +249,18 @@ impl Picker<'_> {
         Ok(ray.with_range(near, far)?)
     }
 
+    /// What is met through a point of the picture, (0, 0) top left to (1, 1) bottom right: [`Picker::pick`] along
+    /// [`Picker::ray_through`], and lines and points within the radius of [`RayPickAction::radius`].
+    ///
+    /// # Errors
+    ///
+    /// As for these.
+    pub fn pick_through(&self, x: f64, y: f64, all: bool) -> Result<Vec<PickedPoint>, ActionError> {
+        let ray = self.ray_through(x, y)?;
+        let cone = self.viewpoint.as_ref().map(|view| PickCone::new(ray, view, self.radius));
+        self.pick_with(&ray, cone.as_ref(), all, |_| true, None)
+    }
+
     /// [`Picker::pick`] along many rays, on all cores: the same answers in the same order.
     ///
     /// # Errors
@@ -238,7 +269,7 @@ impl Picker<'_> {
     pub fn pick_many(&self, rays: &[Ray], all: bool) -> Result<Vec<Vec<PickedPoint>>, ActionError> {
         use rayon::prelude::*;
         // A pick takes about a microsecond; smaller pieces of work would cost more to hand out.
-        let pick = |memo: &mut Memo, ray| self.pick_with(ray, all, |_| true, Some(memo));
+        let pick = |memo: &mut Memo, ray| self.pick_with(ray, None, all, |_| true, Some(memo));
         rays.par_iter().with_min_len(64).map_init(Memo::default, pick).collect()
     }
 
@@ -258,18 +289,19 @@ impl Picker<'_> {
         all: bool,
         wanted: fn(&HitDetail) -> bool,
     ) -> Result<Vec<PickedPoint>, ActionError> {
-        self.pick_with(ray, all, wanted, None)
+        self.pick_with(ray, None, all, wanted, None)
     }
 
     fn pick_with(
         &self,
         ray: &Ray,
+        cone: Option<&PickCone>,
         all: bool,
         wanted: fn(&HitDetail) -> bool,
         memo: Option<&Memo>,
     ) -> Result<Vec<PickedPoint>, ActionError> {
         let (far, local, found) = ([ray.far; 2], Vec::new(), Vec::new());
-        let mut pick = Pick { picker: self, ray: *ray, far, all, wanted, memo, local, found };
+        let mut pick = Pick { picker: self, ray: *ray, cone, far, all, wanted, memo, local, found };
         if !pick.indexed()? {
             // Only the index keeps the States of places where they are.
             pick.memo = None;
@@ -303,6 +335,8 @@ fn order(a: &PickedPoint, b: &PickedPoint) -> Ordering {
 struct Pick<'p, 's> {
     picker: &'p Picker<'s>,
     ray: Ray,
+    /// Where lines and points are met, if the ray goes through a picture.
+    cone: Option<&'p PickCone>,
     /// How far the ray goes for shapes that are not on top and for those that are: up to the nearest hit of the same rank.
     far: [f64; 2],
     all: bool,
@@ -341,9 +375,15 @@ impl Visitor for Pick<'_, '_> {
         let style = state.pick_style;
         let [below, top] = self.far;
         let far = if style.on_top() { top } else { below };
-        let Some((near, far)) = clipped(&self.ray, far, state).filter(|_| style != PickStyleKind::Unpickable) else {
+        if style == PickStyleKind::Unpickable {
             return Ok(Go::On);
-        };
+        }
+        // What is beside the ray is cut off by itself.
+        let cone = self.cone.filter(|_| shape.beyond_box() && !style.boxed());
+        let range = clipped(&self.ray, far, state);
+        if range.is_none() && cone.is_none() {
+            return Ok(Go::On);
+        }
         let picker = self.picker;
         let cx = ShapeContext {
             viewpoint: picker.viewpoint.as_ref(),
@@ -358,7 +398,7 @@ impl Visitor for Pick<'_, '_> {
             return Ok(Go::On);
         };
         // The translation is subtracted first: far from the origin the digits are there.
-        let local = Ray {
+        let local = |(near, far)| Ray {
             origin: inverse * (self.ray.origin - state.model.translation),
             direction: inverse * self.ray.direction,
             near,
@@ -367,16 +407,22 @@ impl Visitor for Pick<'_, '_> {
         self.local.clear();
         // Of faces that look away the first hides none behind it.
         let front_only = style == PickStyleKind::ShapeFrontfaces;
-        if style.boxed() {
-            if let Some(bounds) = shape.bounds(&cx).map_err(|e| cx.error(e))? {
-                meet_box(&cx, &bounds, &local, &mut self.local).map_err(|e| cx.error(e))?;
+        if let Some(local) = range.map(local) {
+            if style.boxed() {
+                if let Some(bounds) = shape.bounds(&cx).map_err(|e| cx.error(e))? {
+                    meet_box(&cx, &bounds, &local, &mut self.local).map_err(|e| cx.error(e))?;
+                }
+            } else {
+                shape.ray(&cx, &local, !self.all && !front_only, &mut self.local).map_err(|e| cx.error(e))?;
             }
-        } else {
-            shape.ray(&cx, &local, !self.all && !front_only, &mut self.local).map_err(|e| cx.error(e))?;
         }
+        if let Some(cone) = cone {
+            shape.near(&cx, cone, far, &mut self.local).map_err(|e| cx.error(e))?;
+        }
+        let towards = inverse * self.ray.direction;
         for hit in self.local.iter().filter(|hit| (self.wanted)(&hit.detail)) {
             // Inverse transposes keep the sign of the product of a normal and a direction.
-            if front_only && hit.normal.dot(local.direction) >= 0.0 {
+            if front_only && hit.normal.dot(towards) >= 0.0 {
                 continue;
             }
             // Most picks meet one thing; a list that grows by itself would begin with room for four.

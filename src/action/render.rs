@@ -3,10 +3,10 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat4, DVec3, Mat3, Vec3};
+use glam::{DAffine3, DMat4, DVec3, Mat3, Vec2, Vec3};
 
 use super::frame::{
-    Coloring, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, Sky, Statistics,
+    Coloring, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, Sky, Statistics, Strokes,
     SurfaceMaterial, relative,
 };
 use super::state::{cofactors, compose};
@@ -108,7 +108,7 @@ impl Draw {
                 ranges.count().min(most) as u32
             }
             Geometry::Terrain(terrain) => terrain.instances.ranges().len() as u32,
-            Geometry::Mesh(_) => 1,
+            Geometry::Mesh(_) | Geometry::Strokes(_) => 1,
         };
         once * (1 + u32::from(self.effects.transparency))
     }
@@ -127,6 +127,8 @@ impl Draw {
             }
             Geometry::Terrain(terrain) => terrain.instances.triangles(),
             Geometry::Mesh(mesh) => mesh.triangles.len() as u64,
+            // Two each.
+            Geometry::Strokes(strokes) => 2 * strokes.pieces.len() as u64,
         }
     }
 }
@@ -338,7 +340,7 @@ impl DrawContext<'_> {
             _ => Coloring::default(),
         };
         let eye_from_rel = compose(&self.eye_from_local(), local_from_rel);
-        let unlit = state.light_model.model == LightingModel::BaseColor || !plain && !options.lit;
+        let unlit = state.light_model.model == LightingModel::BaseColor || !options.lit;
         let lights: Arc<[FrameLight]> = if unlit {
             Arc::default()
         } else {
@@ -384,7 +386,7 @@ impl DrawContext<'_> {
         // triangles are counter-clockwise seen from there, whether heights run up, down or not at all; in (u, v, w) they
         // look clockwise, since rows run south.
         let (mirrored, outwards) = match &geometry {
-            Geometry::Mesh(_) => {
+            Geometry::Mesh(_) | Geometry::Strokes(_) => {
                 let mirrored = eye_from_rel.matrix3.determinant() < 0.0;
                 (mirrored, !mirrored)
             }
@@ -394,6 +396,10 @@ impl DrawContext<'_> {
             }
         };
         let normals = cofactors(&eye_from_rel.matrix3) * if outwards { 1.0 } else { -1.0 };
+        let dots = match &geometry {
+            Geometry::Strokes(strokes) => strokes.dots,
+            Geometry::Mesh(_) | Geometry::Terrain(_) => style.style == Style::Points,
+        };
         let clip_from_rel = self.view.clip_from_eye() * DMat4::from(eye_from_rel);
         let towards_eye = match self.view.lens {
             Lens::Perspective { .. } => None,
@@ -412,7 +418,11 @@ impl DrawContext<'_> {
             towards_eye,
             fog: if effects.fog == FogType::None { Fog::default() } else { self.fog() },
             coloring,
-            lines: LineStyle { color: style.line_color.linear(), width: style.line_width },
+            picture: Vec2::from_array(self.size.map(|side| side as f32)),
+            lines: LineStyle {
+                color: style.line_color.linear(),
+                width: if dots { style.point_size } else { style.line_width },
+            },
             distance: 0.0,
         });
         Ok(())
@@ -433,6 +443,16 @@ impl DrawContext<'_> {
         };
         let rate = if visibility > 0.0 { at_end / visibility } else { 0.0 };
         Fog { color: air.fog_color.linear(), rate: rate as f32 }
+    }
+
+    /// Draws lines or points, as wide as the State says.
+    ///
+    /// # Errors
+    ///
+    /// As for [`DrawContext::draw`].
+    pub fn draw_strokes(&mut self, strokes: Arc<Strokes>, local_from_rel: &DAffine3) -> Result<(), ShapeError> {
+        let options = DrawOptions { lit: strokes.lit, ..DrawOptions::plain(GeometryKind::Strokes) };
+        self.draw(Geometry::Strokes(strokes), local_from_rel, options)
     }
 
     /// Draws triangles as a mesh: what a shape does that knows nothing better.
@@ -472,7 +492,7 @@ pub struct DrawOptions {
     pub color_map: bool,
     /// Colours for study.
     pub debug_color: DebugColor,
-    /// Whether colours for study are lit.
+    /// Whether light is looked at.
     pub lit: bool,
     /// Whether heights blend between levels, by the weights of the instances.
     pub morph: bool,

@@ -112,15 +112,15 @@ pub(super) fn run(args: &Args) -> Outcome {
     if let Some(path) = &args.rays {
         return stream(args, path, &scene, &picker, &failed);
     }
-    let ray = match (args.ray, args.pixel) {
-        (Some(ray), _) => ray,
+    let hits = match (args.ray, args.pixel) {
+        (Some(ray), _) => picker.pick(&ray, args.all),
         (None, Some([x, y])) => {
             let centre = |p: u32, side: u32| (f64::from(p) + 0.5) / f64::from(side);
-            picker.ray_through(centre(x, width), centre(y, height)).map_err(&failed)?
+            picker.pick_through(centre(x, width), centre(y, height), args.all)
         }
         (None, None) => return Err(Failure::Usage("give --pixel, --ray or --rays".to_owned())),
     };
-    let hits = picker.pick(&ray, args.all).map_err(&failed)?;
+    let hits = hits.map_err(&failed)?;
     let mut out = Output::new();
     if args.json {
         out.json(&Hits::new(&hits, &scene))?;

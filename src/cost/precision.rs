@@ -4,7 +4,7 @@ use glam::{DMat4, DVec2, DVec3};
 
 use super::report::{Eye, Precision, PrecisionFigures, PrecisionRow};
 use super::{CostError, Run};
-use crate::action::{PickTarget, PickedPoint, RayPickAction, Surface, Viewpoint};
+use crate::action::{PickedPoint, RayPickAction, Surface, Viewpoint};
 use crate::node::DetailMode;
 
 /// Along x and y: at the origin, the Earth's radius, where f32 steps by 1 and by 64, and the Sun's distance in metres.
@@ -48,13 +48,7 @@ fn show(run: &mut Run<'_>, eye: &Eye, offset: f64) -> Result<Shown, CostError> {
     bench.look(eye, 0);
     let rgba = bench.draw()?.0.rgba;
     let view = bench.viewpoint()?;
-    let action = RayPickAction {
-        target: PickTarget::Point(0.5, 0.5),
-        surface: Surface::Exact,
-        all: false,
-        size: bench.size,
-        camera: None,
-    };
+    let action = RayPickAction { surface: Surface::Exact, ..RayPickAction::pixel(0, 0, bench.size) };
     let picker = action.picker(&bench.scene)?;
     let mut picks = Vec::new();
     for y in 0..RAYS[1] {

@@ -190,7 +190,8 @@ impl FaceMesh {
     }
 }
 
-fn inputs(cx: &ShapeContext<'_>, key: Option<NodeKey>) -> MeshInputs {
+/// What the mesh of a shape depends on, its own VertexProperty included.
+pub(super) fn inputs(cx: &ShapeContext<'_>, key: Option<NodeKey>) -> MeshInputs {
     let own = key.and_then(|key| cx.scene.children(key).first().copied());
     let own = own.and_then(|key| Some((key, cx.scene.get::<VertexProperty>(key)?)));
     let version = key.and_then(|key| cx.scene.subtree_version(key));
@@ -250,16 +251,17 @@ impl<'i> Builder<'i> {
         let MeshInputs { coordinates, normals, normal_binding, texture_coordinates, hints, .. } = self.inputs;
         self.polygon.clear();
         let mut around = DVec3::ZERO;
+        let who = ("face", face);
         for corner in corners {
             let point =
-                index(corner.point, coordinates.len(), indices, face, "points", "Coordinate3 or a vertex_property")?;
+                index(corner.point, coordinates.len(), indices, who, "points", "Coordinate3 or a vertex_property")?;
             let normal = match normal_binding {
                 _ if normals.is_empty() => 0,
                 Binding::Overall => 0,
                 Binding::PerVertex | Binding::PerVertexIndexed => {
-                    index(corner.normal, normals.len(), "normal_index", face, "normals", "Normal")?
+                    index(corner.normal, normals.len(), "normal_index", who, "normals", "Normal")?
                 }
-                _ => index(normal, normals.len(), "normal_index", face, "normals", "Normal")?,
+                _ => index(normal, normals.len(), "normal_index", who, "normals", "Normal")?,
             };
             let uv = match texture_coordinates.is_empty() {
                 true => point,
@@ -267,7 +269,7 @@ impl<'i> Builder<'i> {
                     corner.texture,
                     texture_coordinates.len(),
                     "texture_coord_index",
-                    face,
+                    who,
                     "texture coordinates",
                     "TextureCoordinate2",
                 )?,
@@ -332,25 +334,26 @@ impl<'i> Builder<'i> {
     }
 }
 
-/// An index into a list, or what is wrong with it.
-fn index(
+/// An index into a list, or what is wrong with it. `who`: what refers to it, and its number.
+pub(super) fn index(
     value: i64,
     len: usize,
     field: &'static str,
-    face: usize,
+    who: (&str, usize),
     what: &str,
     where_from: &str,
 ) -> Result<u32, ShapeError> {
+    let (who, number) = who;
     match u32::try_from(value) {
         Ok(index) if (index as usize) < len => Ok(index),
         _ if len == 0 => Err(ShapeError::Field {
             field,
-            message: format!("face {face} needs {what}, and there are none: put {where_from} before it"),
+            message: format!("{who} {number} needs {what}, and there are none: put {where_from} before it"),
         }),
         _ => Err(ShapeError::Field {
             field,
             message: format!(
-                "face {face} refers to number {value} of the {what}: there are {len}, from 0 to {}",
+                "{who} {number} refers to number {value} of the {what}: there are {len}, from 0 to {}",
                 len - 1
             ),
         }),

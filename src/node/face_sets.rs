@@ -1,11 +1,11 @@
 use std::sync::Arc;
 
-use super::face_mesh::{Builder, Corner};
-use super::{Binding, ChildRule, FaceMesh, List, ShapeHit, ShapeNode, Triangle};
+use super::face_mesh::{Builder, Corner, FaceMesh};
+use super::{Binding, ChildRule, List, ShapeHit, ShapeNode, Triangle};
 use crate::action::{Aabb, DrawContext, Ray, ShapeContext, ShapeError};
 
 /// The list of a shape's own VertexProperty.
-const VERTEX_PROPERTY: ChildRule = ChildRule { field: "vertex_property", only: Some(&["VertexProperty"]) };
+pub(super) const VERTEX_PROPERTY: ChildRule = ChildRule { field: "vertex_property", only: Some(&["VertexProperty"]) };
 
 /// The shape's answers, all from its mesh.
 macro_rules! mesh_shape {
@@ -47,12 +47,12 @@ macro_rules! mesh_shape {
 mesh_shape!(IndexedFaceSet FaceSet IndexedTriangleStripSet TriangleStripSet QuadMesh);
 
 /// Whether a list of indices is given: Open Inventor writes [-1] for none.
-fn given(indices: &[i32]) -> bool {
+pub(super) fn given(indices: &[i32]) -> bool {
     !matches!(indices, [] | [-1])
 }
 
 /// The runs of corners between −1s, each with the place of its first corner in the list.
-fn runs(indices: &[i32]) -> impl Iterator<Item = (usize, &[i32])> {
+pub(super) fn runs(indices: &[i32]) -> impl Iterator<Item = (usize, &[i32])> {
     let mut start = 0;
     indices.split(|&k| k < 0).filter_map(move |run| {
         let at = start;
@@ -206,8 +206,13 @@ fn plain(k: usize) -> Corner {
     Corner { point: k, normal: k, texture: k }
 }
 
-/// The runs of points that numbers of vertices say, from a first one on; −1: all that are left.
-fn stretches(start: i32, counts: &[i32], points: usize) -> Result<Vec<std::ops::Range<usize>>, ShapeError> {
+/// The runs of points that numbers of vertices in a field say, from a first one on; −1: all that are left.
+pub(super) fn stretches(
+    start: i32,
+    counts: &[i32],
+    counts_in: &'static str,
+    points: usize,
+) -> Result<Vec<std::ops::Range<usize>>, ShapeError> {
     let field = |field, message: String| ShapeError::Field { field, message };
     let mut at = usize::try_from(start)
         .map_err(|_| field("start_index", format!("{start} is no index: points are counted from 0")))?;
@@ -218,7 +223,7 @@ fn stretches(start: i32, counts: &[i32], points: usize) -> Result<Vec<std::ops::
             Err(_) if count == -1 => points.max(at),
             Err(_) => {
                 return Err(field(
-                    "num_vertices",
+                    counts_in,
                     format!("{count} is no number of vertices: from 0 up, or -1 for the rest"),
                 ));
             }
@@ -257,7 +262,8 @@ crate::define_node! {
 impl FaceSet {
     fn build(&self, _: &ShapeContext<'_>, builder: &mut Builder<'_>) -> Result<(), ShapeError> {
         let binding = builder.binding();
-        for (face, range) in stretches(self.start_index, &self.num_vertices, builder.points())?.into_iter().enumerate()
+        for (face, range) in
+            stretches(self.start_index, &self.num_vertices, "num_vertices", builder.points())?.into_iter().enumerate()
         {
             if range.len() >= 3 {
                 // The end first: a number beyond all points is not collected before it is refused.
@@ -291,7 +297,8 @@ impl TriangleStripSet {
     fn build(&self, _: &ShapeContext<'_>, builder: &mut Builder<'_>) -> Result<(), ShapeError> {
         let binding = builder.binding();
         let mut face = 0;
-        for (part, range) in stretches(self.start_index, &self.num_vertices, builder.points())?.into_iter().enumerate()
+        for (part, range) in
+            stretches(self.start_index, &self.num_vertices, "num_vertices", builder.points())?.into_iter().enumerate()
         {
             if range.len() >= 3 {
                 builder.face("num_vertices", face, part, whole(binding, face, part), &[plain(range.end - 1)])?;
@@ -329,7 +336,9 @@ impl QuadMesh {
             return Ok(());
         }
         let count = i32::try_from(columns.saturating_mul(rows)).unwrap_or(i32::MAX);
-        let start = stretches(self.start_index, &[count], builder.points())?.first().map_or(0, |range| range.start);
+        let start = stretches(self.start_index, &[count], "vertices_per_row", builder.points())?
+            .first()
+            .map_or(0, |range| range.start);
         for row in 0..rows - 1 {
             for column in 0..columns - 1 {
                 let at = |r: usize, c: usize| plain(start + (row + r) * columns + column + c);

@@ -30,6 +30,7 @@ mod group;
 mod info;
 mod light;
 mod light_model;
+mod line_sets;
 mod lod;
 mod material;
 mod normal_map;
@@ -60,7 +61,7 @@ pub use cube::Cube;
 pub use detail_textures::DetailTextures;
 pub use draw_style::{DrawStyle, Style};
 pub use environment::{Environment, FogType};
-pub(crate) use face_mesh::{FaceMesh, MeshInputs};
+pub(crate) use face_mesh::MeshInputs;
 pub use face_sets::{FaceSet, IndexedFaceSet, IndexedTriangleStripSet, QuadMesh, TriangleStripSet};
 pub use field::{AxisAngle, Color, FieldError, FieldValue, List, Matrix, Plane};
 pub use geometry::{
@@ -71,6 +72,7 @@ pub use group::Group;
 pub use info::{Info, Label};
 pub use light::{DirectionalLight, PointLight, SpotLight};
 pub use light_model::{LightModel, LightingModel};
+pub use line_sets::{IndexedLineSet, LineSet, PointSet};
 pub use lod::{LevelOfDetail, Lod};
 pub use material::Material;
 pub use normal_map::NormalMap;
@@ -90,7 +92,9 @@ pub use transform::{
     Axis, Length, MatrixTransform, Reset, ResetTransform, Rotation, RotationXyz, Scale, Transform, Translation, Units,
 };
 
-use crate::action::{Aabb, DrawContext, GroupContext, PropertyContext, Ray, ShapeContext, ShapeError, State, Surface};
+use crate::action::{
+    Aabb, DrawContext, GroupContext, Near, PickCone, PropertyContext, Ray, ShapeContext, ShapeError, State, Surface,
+};
 use crate::terrain::{PatchId, Side};
 
 /// A node of a scene graph. Implemented by [`define_node!`](crate::define_node).
@@ -297,6 +301,10 @@ pub enum HitDetail {
     },
     /// A place on a face of a set of faces.
     Face(FaceDetail),
+    /// A place on a line.
+    Line(LineDetail),
+    /// A point of a set of points.
+    Point(PointDetail),
     /// A place on a terrain.
     Terrain(TerrainDetail),
 }
@@ -312,6 +320,28 @@ pub struct FaceDetail {
     pub points: [usize; 3],
     /// Weights of these corners at the point.
     pub barycentric: [f64; 3],
+}
+
+/// Which place of a set of lines was hit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineDetail {
+    /// Number of the line, from 0 in the order of the node.
+    pub line: usize,
+    /// Number of the straight piece within the line, from 0.
+    pub piece: usize,
+    /// The ends of the piece as indices into the coordinates; of shapes without coordinates, counted along the line.
+    pub points: [usize; 2],
+    /// From the first end, 0, to the second, 1.
+    pub along: f64,
+}
+
+/// Which point of a set of points was hit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PointDetail {
+    /// Number of the point, from 0 in the order of the node.
+    pub index: usize,
+    /// The point as an index into the coordinates; of shapes without coordinates the same.
+    pub point: usize,
 }
 
 /// Which triangle of a terrain was hit.
@@ -455,6 +485,29 @@ pub trait ShapeNode: Node {
             }
             index += 1;
         })
+    }
+
+    /// Whether rays that miss the box may meet the shape: lines and points are met from beside them, and text is as large
+    /// as the picture makes it.
+    fn beyond_box(&self) -> bool {
+        false
+    }
+
+    /// Appends the places of lines and points within a cone around the ray, up to `far` along it, in any order; see
+    /// [`Near`]. By default those of [`ShapeNode::lines`] and [`ShapeNode::points`]; asked for where
+    /// [`ShapeNode::beyond_box`] says so.
+    ///
+    /// # Errors
+    ///
+    /// As for [`ShapeNode::bounds`].
+    fn near(
+        &self,
+        cx: &ShapeContext<'_>,
+        cone: &PickCone,
+        far: f64,
+        hits: &mut Vec<ShapeHit>,
+    ) -> Result<(), ShapeError> {
+        Near::new(cx, cone, far, hits).pieces_of(self, cx)
     }
 
     /// Appends what to draw.

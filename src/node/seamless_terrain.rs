@@ -660,7 +660,7 @@ impl ShapeNode for SeamlessTerrain {
                 ColorMode::Levels => DebugColor::Levels,
                 ColorMode::Normals => DebugColor::Normals,
             },
-            lit: false,
+            lit: self.color_mode == ColorMode::Plain,
             morph: instances.morphs(),
         };
         let draw = TerrainDraw {

@@ -178,6 +178,13 @@ impl Pipelines {
         let instance = wgpu::vertex_attr_array![0 => Uint32x2, 1 => Uint32];
         let lit_corner = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3];
         let corner = wgpu::vertex_attr_array![0 => Float32x3];
+        let lit_ends = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x3, 3 => Float32x3];
+        // The normals between them are passed over.
+        let ends = [(0, 0), (1, MESH_STRIDE)].map(|(shader_location, offset)| wgpu::VertexAttribute {
+            format: wgpu::VertexFormat::Float32x3,
+            offset,
+            shader_location,
+        });
         let weights = wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32];
         let weight = wgpu::vertex_attr_array![2 => Float32];
         let place = wgpu::vertex_attr_array![5 => Uint32];
@@ -194,6 +201,12 @@ impl Pipelines {
                 array_stride: size_of::<Instance>() as u64,
                 step_mode: wgpu::VertexStepMode::Instance,
                 attributes: &instance,
+            }
+        } else if variant.strokes() {
+            wgpu::VertexBufferLayout {
+                array_stride: 2 * MESH_STRIDE,
+                step_mode: wgpu::VertexStepMode::Instance,
+                attributes: if variant.effects.lit() { &lit_ends } else { &ends },
             }
         } else {
             wgpu::VertexBufferLayout {
@@ -237,7 +250,8 @@ impl Pipelines {
                 primitive: wgpu::PrimitiveState {
                     // Triangles are counter-clockwise seen from outside, in a picture whose y points up.
                     front_face: if mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
-                    cull_mode: Some(wgpu::Face::Back),
+                    // The two triangles of a stroke lie either way.
+                    cull_mode: (!variant.strokes()).then_some(wgpu::Face::Back),
                     ..wgpu::PrimitiveState::default()
                 },
                 depth_stencil: Some(depth_state(pass != Pass::Blend, wgpu::CompareFunction::GreaterEqual)),

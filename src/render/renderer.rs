@@ -194,6 +194,11 @@ enum Ready {
         first: u32,
         count: u32,
     },
+    Strokes {
+        /// First of its ends in the buffer of corners, and number of its pieces.
+        first: u32,
+        count: u32,
+    },
 }
 
 /// What bindings of textures depend on: the slots, and what is in each of them.
@@ -349,6 +354,7 @@ impl Renderer {
                 Geometry::Mesh(mesh) => {
                     mesh.positions.len() as u64 * MESH_STRIDE + size_of_val(mesh.triangles.as_slice()) as u64
                 }
+                Geometry::Strokes(strokes) => size_of_val(strokes.pieces.as_slice()) as u64,
             };
             Ok(DrawCost {
                 variant: number,
@@ -428,6 +434,11 @@ impl Renderer {
                 Ready::Terrain { indices: indices.clone(), first, first_weight }
             }
             Geometry::Mesh(mesh) => scratch.add_mesh(mesh, variant.edges()),
+            Geometry::Strokes(strokes) => {
+                let first = scratch.corners.len() as u32;
+                scratch.corners.extend(strokes.pieces.as_flattened());
+                Ready::Strokes { first, count: strokes.pieces.len() as u32 }
+            }
         };
         let mut uniform_size = 0;
         let mut add = |color: Vec3| {
@@ -662,7 +673,13 @@ impl Renderer {
                 pass.draw_indexed(*first..first + count, *base, 0..1);
                 1
             }
-            (Ready::Terrain { .. } | Ready::Loose { .. }, Geometry::Mesh(_)) => 0,
+            (Ready::Strokes { first, count }, _) => {
+                let Some(ends) = self.corners.get() else { return 0 };
+                pass.set_vertex_buffer(0, ends.slice(u64::from(*first) * MESH_STRIDE..));
+                pass.draw(0..6, 0..*count);
+                1
+            }
+            (Ready::Terrain { .. } | Ready::Loose { .. }, Geometry::Mesh(_) | Geometry::Strokes(_)) => 0,
         }
     }
 
@@ -720,6 +737,12 @@ fn check_effects(draw: &Draw) -> Result<(), RenderError> {
                 return Err(RenderError::Effects("a mesh has triangles between corners that it does not have"));
             }
             (GeometryKind::Mesh, false)
+        }
+        Geometry::Strokes(strokes) => {
+            if draw.effects.lit() && !strokes.lit {
+                return Err(RenderError::Effects("lines are to be lit, but have no normals"));
+            }
+            (GeometryKind::Strokes, false)
         }
         Geometry::Terrain(terrain) => {
             let kind = GeometryKind::of_terrain(&terrain.heights, draw.effects.geometry.is_loose());

@@ -18,13 +18,13 @@ impl Variant {
     pub(super) fn new(effects: &Effects, format: wgpu::TextureFormat) -> Result<Self, RenderError> {
         let e = effects;
         let colors = e.color_map || e.ramp.is_some() || e.contours || e.detail_textures || e.normal_map || e.shadow;
-        if e.geometry == GeometryKind::Mesh && (colors || e.debug_color != DebugColor::Plain) {
+        if !e.geometry.is_terrain() && (colors || e.debug_color != DebugColor::Plain) {
             return Err(RenderError::Effects(
-                "maps, ramps and lines, shadows and colours for study are for terrains, not for meshes",
+                "maps, ramps, lines, shadows and colours for study are for terrains alone",
             ));
         }
-        if e.geometry == GeometryKind::Mesh && e.morph {
-            return Err(RenderError::Effects("heights that blend between levels are for terrains, not for meshes"));
+        if !e.geometry.is_terrain() && e.morph {
+            return Err(RenderError::Effects("heights that blend between levels are for terrains alone"));
         }
         // Colours by part are two plain colours, which need no shader of their own.
         let debug_color = match effects.debug_color {
@@ -35,7 +35,7 @@ impl Variant {
     }
 
     pub(super) fn terrain(&self) -> bool {
-        self.effects.geometry != GeometryKind::Mesh
+        self.effects.geometry.is_terrain()
     }
 
     /// Whether heights are floats instead of integers.
@@ -43,9 +43,19 @@ impl Variant {
         matches!(self.effects.geometry, GeometryKind::TerrainF32 | GeometryKind::LooseF32)
     }
 
-    /// Whether fragments need to know how far the sides of their triangle are.
+    /// Whether it is lines or points.
+    pub(super) fn strokes(&self) -> bool {
+        self.effects.geometry == GeometryKind::Strokes
+    }
+
+    /// Whether fragments need to know how far the sides or corners of their triangle are.
     pub(super) fn edges(&self) -> bool {
-        matches!(self.effects.style, Style::Lines | Style::FilledLines)
+        matches!(self.effects.style, Style::Lines | Style::FilledLines | Style::Points)
+    }
+
+    /// Whether some fragments of a triangle are not drawn.
+    pub(super) fn cut(&self) -> bool {
+        matches!(self.effects.style, Style::Lines | Style::Points)
     }
 
     /// Whether vertices are told their place in the patch by a list of indices, one after the other. Loose triangles have
@@ -77,6 +87,7 @@ impl Variant {
         let common = [
             ("terrain", self.terrain()),
             ("mesh", !self.terrain()),
+            ("strokes", self.strokes()),
             ("loose", e.geometry.is_loose()),
             ("u16", !self.float_heights()),
             ("lit", e.lit()),
@@ -84,6 +95,7 @@ impl Variant {
             ("position", self.position()),
             ("normals", e.lit() || e.debug_color == DebugColor::Normals),
             ("edges", self.edges()),
+            ("cut", self.cut()),
             ("gradients", self.gradients()),
             ("lattice", self.gradients() || e.color_map || e.detail_textures || e.shadow),
             ("relative_height", e.ramp == Some(RampBy::Height) || e.contours),
@@ -138,7 +150,7 @@ pub(super) fn encodes(format: wgpu::TextureFormat) -> bool {
     !format.is_srgb() && !floats
 }
 
-const MODULES: [(&str, &str); 17] = [
+const MODULES: [(&str, &str); 18] = [
     ("fog", include_str!("../../shaders/fog.wesl")),
     ("ramp", include_str!("../../shaders/ramp.wesl")),
     ("contours", include_str!("../../shaders/contours.wesl")),
@@ -146,6 +158,7 @@ const MODULES: [(&str, &str); 17] = [
     ("normal_map", include_str!("../../shaders/normal_map.wesl")),
     ("shadow", include_str!("../../shaders/shadow.wesl")),
     ("edges", include_str!("../../shaders/edges.wesl")),
+    ("strokes", include_str!("../../shaders/strokes.wesl")),
     ("sky", include_str!("../../shaders/sky.wesl")),
     ("main", include_str!("../../shaders/main.wesl")),
     ("draw", include_str!("../../shaders/draw.wesl")),

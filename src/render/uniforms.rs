@@ -120,6 +120,11 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
         let (tiles, raw) = coloring.relief.as_ref().map_or((Vec2::ONE, Vec2::ZERO), |r| (r.tiles, r.raw_per_slope));
         w.vec4(Vec4::new(tiles.x, tiles.y, raw.x, raw.y));
     }
+    if variant.strokes() {
+        let dots = matches!(&draw.geometry, Geometry::Strokes(strokes) if strokes.dots);
+        let half = 0.5 * draw.lines.width;
+        w.vec4((0.5 * draw.picture).extend(half).extend(if dots { half } else { 0.0 }));
+    }
     if variant.edges() {
         w.vec3(draw.lines.color, 0.5 * draw.lines.width);
     }

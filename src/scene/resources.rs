@@ -1,5 +1,6 @@
 //! Images decoded once, and what is derived from them, shared by all nodes that show the same.
 
+use std::any::Any;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Image, ImageError, NodeKey, Pixels};
 use crate::action::ShapeError;
-use crate::node::{FaceMesh, MeshInputs};
+use crate::node::MeshInputs;
 use crate::terrain::{HeightField, HeightFieldError, SampleRect, Terrain};
 
 /// A cache keyed by file name, and by image identity and parameters. Everything is made when it is asked for first and
@@ -16,7 +17,7 @@ use crate::terrain::{HeightField, HeightFieldError, SampleRect, Terrain};
 pub struct Resources {
     images: Mutex<HashMap<std::path::PathBuf, Result<Arc<Image>, ImageError>>>,
     terrains: Mutex<HashMap<TerrainKey, TerrainResult>>,
-    meshes: Mutex<HashMap<NodeKey, Vec<(MeshInputs, MeshResult)>>>,
+    meshes: Mutex<HashMap<NodeKey, Vec<(MeshInputs, Made)>>>,
     version: AtomicU64,
 }
 
@@ -32,7 +33,8 @@ struct TerrainKey {
 /// Most meshes that are kept of one node: a set of faces that is shared below different coordinates has one for each.
 const MESHES: usize = 8;
 
-type MeshResult = Result<Arc<FaceMesh>, ShapeError>;
+/// A mesh of a type that its node knows.
+type Made = Result<Arc<dyn Any + Send + Sync>, ShapeError>;
 type TerrainResult = Result<Arc<Terrain>, HeightFieldError>;
 
 fn map(image: &Image, void_sample: Option<f64>, holes: bool) -> Result<HeightField, HeightFieldError> {
@@ -91,16 +93,20 @@ impl Resources {
         }
     }
 
-    /// The mesh of a set of faces; made when nothing that it depends on is what it was.
-    pub(crate) fn mesh(
+    /// The mesh of a set of faces, lines or points; made when nothing that it depends on is what it was.
+    pub(crate) fn mesh<T: Any + Send + Sync>(
         &self,
         key: Option<NodeKey>,
         inputs: MeshInputs,
-        make: impl FnOnce(&MeshInputs) -> Result<FaceMesh, ShapeError>,
-    ) -> MeshResult {
+        make: impl FnOnce(&MeshInputs) -> Result<T, ShapeError>,
+    ) -> Result<Arc<T>, ShapeError> {
         let Some(key) = key else { return make(&inputs).map(Arc::new) };
         let meshes = || self.meshes.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = |(known, mesh): &(MeshInputs, MeshResult)| known.same(&inputs).then(|| mesh.clone());
+        // A node whose meshes are of another type is another node by now.
+        let found = |(known, mesh): &(MeshInputs, Made)| {
+            let mesh = known.same(&inputs).then(|| mesh.clone())?;
+            mesh.map(|mesh| mesh.downcast().ok()).transpose()
+        };
         if let Some(mesh) = meshes().get(&key).and_then(|kept| kept.iter().find_map(found)) {
             return mesh;
         }
@@ -112,7 +118,7 @@ impl Resources {
         if kept.len() >= MESHES {
             drop(kept.remove(0));
         }
-        kept.push((inputs, mesh.clone()));
+        kept.push((inputs, mesh.clone().map(|mesh| mesh as _)));
         mesh
     }
 
