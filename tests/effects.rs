@@ -10,6 +10,7 @@ use common::gpu::{headless, linear};
 use seamount::action::{EFFECTS, Frame};
 use seamount::prelude::*;
 use seamount::render::shader_text;
+use seamount::terrain::{LatticeLight, ShadowMap};
 use wgpu::naga;
 
 /// A pair of scenes, without an effect and with it.
@@ -70,6 +71,13 @@ fn scene(nodes: fn(&mut Build)) -> Scene {
 
 fn sun(b: &mut Build) {
     b.add(DirectionalLight { direction: DVec3::new(0.5, 0.3, -1.0), ..Default::default() });
+}
+
+/// So low that hills throw shadows.
+const LOW: DVec3 = DVec3::new(0.8, 0.3, -0.3);
+
+fn low_sun(b: &mut Build, shadow: bool) {
+    b.add(DirectionalLight { direction: LOW, shadow, ..Default::default() });
 }
 
 fn fog(b: &mut Build, fog_type: FogType) {
@@ -320,6 +328,26 @@ fn pairs() -> Vec<Pair> {
             },
             // 128 is not quite 0, so the flat part may change by a trifle.
             changes: |hit| (hit.uv.x > 0.501 && hit.smooth_normal.normalize().z > 0.5).then_some(true),
+        },
+        Pair {
+            effect: "shadow",
+            brings: &[],
+            words: &["shadow_depths", "shadow_share", "surface.share"],
+            without: |b| low_sun(b, false),
+            with: |b| low_sun(b, true),
+            changes: |hit| {
+                let field = hills().height_field(None).unwrap();
+                // 32 cells per unit, rows to the south; 65535 raw units are 0.2 high.
+                let towards = -LOW * DVec3::new(32.0, -32.0, 65_535.0 / 0.2);
+                let map = ShadowMap::new(&field, &LatticeLight { towards, upwards: true });
+                let dark = |du, dv| map.is_shadowed(hit.uv.x * 32.0 + du, (1.0 - hit.uv.y) * 32.0 + dv);
+                let own = dark(0.0, 0.0);
+                // Rounding decides on the border itself; a pixel is up to 1.5 cells.
+                let around = [-1.5, 0.0, 1.5].map(|du| [-1.5, 0.0, 1.5].map(|dv| dark(du, dv)));
+                let sure = around.as_flattened().iter().all(|&dark| dark == own);
+                // What is turned away is dark already, but for the smoothing of normals far away.
+                lit_by(hit, -LOW).filter(|&lit| sure && (lit || !own)).map(|_| own)
+            },
         },
         Pair {
             effect: "color-by-part",

@@ -350,7 +350,8 @@ fn leaf() -> impl Strategy<Value = std::sync::Arc<Boxed>> {
             ..Default::default()
         }) as Boxed),
         (any::<bool>(), 0f32..1e30, color(), -1e3..1e3).prop_map(|(on, intensity, color, x)| {
-            Box::new(DirectionalLight { on, intensity, color, direction: DVec3::new(x, 1.0, -2.0) }) as Boxed
+            Box::new(DirectionalLight { on, intensity, color, direction: DVec3::new(x, 1.0, -2.0), shadow: !on })
+                as Boxed
         }),
         (color(), point())
             .prop_map(|(color, location)| Box::new(PointLight { color, location, ..Default::default() }) as Boxed),

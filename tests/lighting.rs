@@ -32,7 +32,13 @@ fn lamp(rng: &mut Rng) -> Lamp {
     let color = color(rng);
     let location = vector(rng, 1.0).normalize() * rng.range(3.0, 9.0);
     match rng.below(3) {
-        0 => Lamp::Directional(DirectionalLight { on, intensity, color, direction: vector(rng, 3.0) }),
+        0 => Lamp::Directional(DirectionalLight {
+            on,
+            intensity,
+            color,
+            direction: vector(rng, 3.0),
+            ..Default::default()
+        }),
         1 => Lamp::Point(PointLight { on, intensity, color, location }),
         _ => Lamp::Spot(SpotLight {
             on,

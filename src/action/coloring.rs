@@ -1,10 +1,11 @@
 //! Where the colours of a terrain come from: maps, ramps, lines.
 
-use glam::{DAffine2, DAffine3, DMat2, DVec2, Vec3};
+use glam::{DAffine2, DAffine3, DMat2, DVec2, DVec3, Vec3};
 
 use super::frame::{ColorMap, Coloring, ContourStyle, DetailMaps, RampMap, Relief, TerrainDraw};
-use super::{DrawContext, ShapeError};
+use super::{DrawContext, ShapeError, inverse};
 use crate::node::{LightingModel, RampBy, Role, TextureFilter, Wrap};
+use crate::terrain::LatticeLight;
 
 impl DrawContext<'_> {
     /// The image on a texture unit as colours, filtered as the Complexity says; `None` if the unit is empty.
@@ -100,7 +101,12 @@ impl DrawContext<'_> {
             let row = |k: usize| Vec3::new(map.x_axis[k] as f32, map.y_axis[k] as f32, map.translation[k] as f32);
             [row(0), row(1)]
         });
-        Ok(Coloring { ramp, contours, detail, relief, color_uv })
+        let shadow = state.shadow_light().filter(|_| lit).and_then(|(towards, _)| {
+            let towards = inverse(&state.model.matrix3)? * towards / DVec3::new(cell.x, cell.y, z_step);
+            // A relief that is next to nothing throws no shadow, and neither does one that is flattened.
+            towards.is_finite().then_some(LatticeLight { towards, upwards: z_step > 0.0 })
+        });
+        Ok(Coloring { ramp, contours, detail, relief, shadow, color_uv })
     }
 
     /// The lowest and the highest local z of the shape.

@@ -92,6 +92,7 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "contours",          |e| on(e.contours),       |s| by(&[Aspect::ContourLines], s);
     "detail-textures",   |e| on(e.detail_textures), |s| by(&[Aspect::DetailTextures], s);
     "normal-map",        |e| on(e.normal_map),     |s| by(&[Aspect::NormalMap], s);
+    "shadow",            |e| on(e.shadow),         |s| vec![s.shadow_light().map(|(_, light)| light.visit)];
     "morph",             |e| on(e.morph),          by_shape;
     "color-by-part",     |e| on(e.debug_color == DebugColor::Parts), by_shape;
     "color-by-level",    |e| on(e.debug_color == DebugColor::Levels), by_shape;

@@ -9,7 +9,7 @@ use glam::{DVec3, Mat3, Mat4, Vec2, Vec3};
 
 use crate::node::{FogType, Ramp, RampBy, Style, TextureFilter, Wrap};
 use crate::scene::Image;
-use crate::terrain::{HeightField, Instances, Parts, Samples};
+use crate::terrain::{HeightField, Instances, LatticeLight, Parts, Samples};
 
 /// One picture's worth of drawing.
 #[derive(Debug, Clone, Default)]
@@ -136,6 +136,8 @@ pub enum FrameLight {
     Directional {
         /// Unit vector towards the light.
         towards: Vec3,
+        /// Whether it is the one whose shadow [`Coloring::shadow`] is.
+        shadow: bool,
         /// Colour times intensity.
         color: Vec3,
     },
@@ -233,6 +235,8 @@ pub struct Coloring {
     pub detail: Option<Box<DetailMaps>>,
     /// Normals that roughen the light.
     pub relief: Option<Relief>,
+    /// The light that throws a shadow of the terrain on itself.
+    pub shadow: Option<LatticeLight>,
     /// Where the colour map is looked up, if not edge to edge: rows that take (column, row, 1) to texture coordinates, rows
     /// of the image running down.
     pub color_uv: Option<[Vec3; 2]>,
@@ -401,6 +405,8 @@ pub struct Effects {
     pub color_map: bool,
     /// Whether an image of normals roughens the light.
     pub normal_map: bool,
+    /// Whether a terrain lies in its own shadow.
+    pub shadow: bool,
     /// Filled, or with edges, or corners alone. [`Style::Invisible`] is not drawn at all.
     pub style: Style,
     /// Whether the colour map is moved, turned or scaled.
@@ -444,6 +450,7 @@ impl Effects {
             ramp: self.ramp.filter(|_| plain),
             contours: self.contours && plain,
             normal_map: self.normal_map && lit,
+            shadow: self.shadow && self.directional_lights > 0,
             detail_textures: self.detail_textures && plain,
             transparency: self.transparency && plain,
             fog: if plain { self.fog } else { FogType::None },

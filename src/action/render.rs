@@ -344,7 +344,9 @@ impl DrawContext<'_> {
         let lights: Arc<[FrameLight]> = if unlit {
             Arc::default()
         } else {
-            state.lights.iter().map(|light| place_light(light, self.view.eye)).collect()
+            let shadow = state.shadow_light().filter(|_| coloring.shadow.is_some()).map(|(_, light)| light);
+            let place = |light| place_light(light, self.view.eye, shadow.is_some_and(|s| std::ptr::eq(s, light)));
+            state.lights.iter().map(place).collect()
         };
         let count = |f: fn(&FrameLight) -> bool| lights.iter().filter(|l| f(l)).count().min(255) as u8;
         let m = &state.material;
@@ -372,6 +374,7 @@ impl DrawContext<'_> {
             color_map_transform: coloring.color_uv.is_some(),
             ramp: state.color_ramp.as_ref().filter(|_| coloring.ramp.is_some()).map(|ramp| ramp.by),
             normal_map: coloring.relief.is_some(),
+            shadow: coloring.shadow.is_some(),
             contours: coloring.contours.is_some(),
             detail_textures: coloring.detail.is_some(),
             ambient: material.ambient * ambient != Vec3::ZERO,
@@ -503,10 +506,12 @@ impl DrawOptions {
     }
 }
 
-fn place_light(light: &PlacedLight, eye: DVec3) -> FrameLight {
+fn place_light(light: &PlacedLight, eye: DVec3, shadow: bool) -> FrameLight {
     let color = light.color;
     match light.source {
-        LightSource::Directional { towards } => FrameLight::Directional { towards: towards.as_vec3(), color },
+        LightSource::Directional { towards, .. } => {
+            FrameLight::Directional { towards: towards.as_vec3(), color, shadow }
+        }
         LightSource::Point { position, attenuation } => {
             FrameLight::Point { position: relative(position, eye), color, attenuation }
         }

@@ -194,6 +194,15 @@ impl State {
         self.credits.0.get(aspect as usize).filter(|&&visit| visit > 0).map(|&visit| visit.into())
     }
 
+    /// The light that terrains throw a shadow of on themselves: the first one that asks for that. With the way towards it.
+    #[must_use]
+    pub fn shadow_light(&self) -> Option<(DVec3, &PlacedLight)> {
+        self.lights.iter().find_map(|light| match light.source {
+            LightSource::Directional { towards, shadow: true } => Some((towards, light)),
+            _ => None,
+        })
+    }
+
     /// The texture on a unit.
     #[must_use]
     pub fn texture(&self, unit: u32) -> Option<&TextureBinding> {
@@ -261,6 +270,8 @@ pub enum LightSource {
     Directional {
         /// Unit vector towards the light.
         towards: DVec3,
+        /// Whether terrains throw a shadow of it on themselves.
+        shadow: bool,
     },
     /// Light from a point.
     Point {

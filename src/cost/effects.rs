@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::bench::{gpu_figure, median, ms};
 use super::report::{EffectFigures, EffectRow, EffectTimes, EffectsCost};
@@ -12,12 +12,13 @@ use crate::action::{
 };
 use crate::node::{DetailMode, FogType, Ramp, RampBy, Style};
 use crate::render::{Headless, shader_text};
+use crate::terrain::LatticeLight;
 
 /// An effect by its name, as what it changes in a draw that has none.
 type Effect = (&'static str, fn(&mut Draw));
 
 /// The effects that a draw can have. A new one is a line here.
-const EFFECTS: [Effect; 17] = [
+const EFFECTS: [Effect; 18] = [
     ("none", |_| {}),
     ("one directional light", directional),
     ("one directional light, ambient light", |draw| {
@@ -31,6 +32,10 @@ const EFFECTS: [Effect; 17] = [
     ("one directional light, glow", |draw| {
         directional(draw);
         emissive(draw);
+    }),
+    ("one directional light, shadow", |draw| {
+        directional(draw);
+        shadow(draw);
     }),
     ("one point light", point),
     ("one spot light", spot),
@@ -121,7 +126,21 @@ fn light(draw: &mut Draw, light: FrameLight) {
 
 fn directional(draw: &mut Draw) {
     draw.effects.directional_lights += 1;
-    light(draw, FrameLight::Directional { towards: Vec3::new(0.48, 0.6, 0.64), color: Vec3::splat(0.8) });
+    light(
+        draw,
+        FrameLight::Directional { towards: Vec3::new(0.48, 0.6, 0.64), color: Vec3::splat(0.8), shadow: false },
+    );
+}
+
+fn shadow(draw: &mut Draw) {
+    if let Geometry::Terrain(_) = draw.geometry {
+        draw.effects.shadow = true;
+        // From the west. What a shadow costs does not depend on how long it is.
+        draw.coloring.shadow = Some(LatticeLight { towards: DVec3::new(-1.0, 0.5, 1.0), upwards: true });
+        if let Some(FrameLight::Directional { shadow, .. }) = Arc::make_mut(&mut draw.lights).first_mut() {
+            *shadow = true;
+        }
+    }
 }
 
 fn point(draw: &mut Draw) {

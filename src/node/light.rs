@@ -43,6 +43,10 @@ crate::define_node! {
         pub color: Color = Color::WHITE,
         /// The way the light travels, in local coordinates, any length but zero.
         pub direction: DVec3 = DVec3::NEG_Z,
+        /// Whether a `SeamlessTerrain` throws a shadow of this light on itself. Shadows are those of the full-resolution ground,
+        /// whatever detail is drawn, and not of other shapes or on them. Of several such lights the first is the one. Takes 4
+        /// bytes on the device per sample of the map, and a pass over the map when the light turns.
+        pub shadow: bool = false,
     }
     check |l: &DirectionalLight| {
         let mut problems: Vec<_> = check_intensity(l.intensity).into_iter().collect();
@@ -57,7 +61,7 @@ impl PropertyNode for DirectionalLight {
             && let Some(color) = shine(self.on, self.intensity, self.color)
         {
             let towards = -direction;
-            place(state, color, LightSource::Directional { towards }, cx);
+            place(state, color, LightSource::Directional { towards, shadow: self.shadow }, cx);
         }
     }
 

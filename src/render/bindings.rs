@@ -19,10 +19,11 @@ pub(super) enum Slot {
     DetailTextureSampler,
     NormalMap,
     NormalMapSampler,
+    Shadow,
 }
 
 impl Slot {
-    pub(super) const ALL: [Slot; 14] = [
+    pub(super) const ALL: [Slot; 15] = [
         Slot::Heights,
         Slot::Gradients,
         Slot::GradientSampler,
@@ -37,6 +38,7 @@ impl Slot {
         Slot::DetailTextureSampler,
         Slot::NormalMap,
         Slot::NormalMapSampler,
+        Slot::Shadow,
     ];
 
     pub(super) fn binding(self) -> u32 {
@@ -69,6 +71,7 @@ impl Slot {
             | Slot::DetailTexture3
             | Slot::DetailTextureSampler => e.detail_textures,
             Slot::NormalMap | Slot::NormalMapSampler => e.normal_map,
+            Slot::Shadow => e.shadow,
         }
     }
 
@@ -86,6 +89,7 @@ impl Slot {
         let ty = match self {
             Slot::Heights if variant.float_heights() => texture(wgpu::TextureSampleType::Float { filterable: false }),
             Slot::Heights => texture(wgpu::TextureSampleType::Uint),
+            Slot::Shadow => texture(wgpu::TextureSampleType::Float { filterable: false }),
             sampler if sampler.is_sampler() => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
             _ => texture(wgpu::TextureSampleType::Float { filterable: true }),
         };

@@ -6,7 +6,7 @@ use std::hash::Hash;
 use super::RenderError;
 
 /// Frames after which something that is not drawn any more is given up: long enough for what goes in and out of view.
-const PATIENCE: u64 = 120;
+pub(super) const PATIENCE: u64 = 120;
 
 /// Values by key, each with the frame that used it last.
 #[derive(Debug)]

@@ -17,9 +17,11 @@ pub(super) struct Variant {
 impl Variant {
     pub(super) fn new(effects: &Effects, format: wgpu::TextureFormat) -> Result<Self, RenderError> {
         let e = effects;
-        let colors = e.color_map || e.ramp.is_some() || e.contours || e.detail_textures || e.normal_map;
+        let colors = e.color_map || e.ramp.is_some() || e.contours || e.detail_textures || e.normal_map || e.shadow;
         if !e.geometry.is_terrain() && (colors || e.debug_color != DebugColor::Plain) {
-            return Err(RenderError::Effects("maps, ramps and lines and colours for study are for terrains alone"));
+            return Err(RenderError::Effects(
+                "maps, ramps, lines, shadows and colours for study are for terrains alone",
+            ));
         }
         if !e.geometry.is_terrain() && e.morph {
             return Err(RenderError::Effects("heights that blend between levels are for terrains alone"));
@@ -95,7 +97,7 @@ impl Variant {
             ("edges", self.edges()),
             ("cut", self.cut()),
             ("gradients", self.gradients()),
-            ("lattice", self.gradients() || e.color_map || e.detail_textures),
+            ("lattice", self.gradients() || e.color_map || e.detail_textures || e.shadow),
             ("relative_height", e.ramp == Some(RampBy::Height) || e.contours),
             ("ramp", e.ramp.is_some()),
             ("albedo", e.color_map || e.ramp.is_some() || e.detail_textures),
@@ -148,12 +150,13 @@ pub(super) fn encodes(format: wgpu::TextureFormat) -> bool {
     !format.is_srgb() && !floats
 }
 
-const MODULES: [(&str, &str); 17] = [
+const MODULES: [(&str, &str); 18] = [
     ("fog", include_str!("../../shaders/fog.wesl")),
     ("ramp", include_str!("../../shaders/ramp.wesl")),
     ("contours", include_str!("../../shaders/contours.wesl")),
     ("detail_textures", include_str!("../../shaders/detail_textures.wesl")),
     ("normal_map", include_str!("../../shaders/normal_map.wesl")),
+    ("shadow", include_str!("../../shaders/shadow.wesl")),
     ("edges", include_str!("../../shaders/edges.wesl")),
     ("strokes", include_str!("../../shaders/strokes.wesl")),
     ("sky", include_str!("../../shaders/sky.wesl")),

@@ -6,13 +6,13 @@ use rayon::prelude::*;
 
 use super::RenderError;
 use super::bindings::Slot;
-use super::cache::Cache;
+use super::cache::{Cache, PATIENCE};
 use super::error::guarded;
 use super::mips::{ColorHalver, Level, full_chain, half_data, half_gradients};
 use crate::action::{ColorMap, Draw, Geometry};
 use crate::node::{TextureFilter, Wrap};
 use crate::scene::Image;
-use crate::terrain::{HeightField, Samples};
+use crate::terrain::{HeightField, LatticeLight, Samples, ShadowMap};
 
 /// Bytes that are handed to the queue at once: it keeps a copy until they are on the device.
 const BAND: u64 = 64 << 20;
@@ -33,6 +33,7 @@ pub(super) struct Textures {
     gradients: Cache<u64, Texture>,
     colors: Cache<ImageKey, Texture>,
     samplers: Cache<SamplerKey, wgpu::Sampler>,
+    shadows: Shadows,
     /// Bytes sent since the last frame began.
     pub uploaded: u64,
 }
@@ -127,6 +128,14 @@ impl Textures {
         Ok(match slot {
             Slot::Heights => (field.id(), Content::View(self.heights(gpu, field)?.view.clone())),
             Slot::Gradients => (field.id(), Content::View(self.gradients(gpu, field)?.view.clone())),
+            Slot::Shadow => {
+                let light = draw
+                    .coloring
+                    .shadow
+                    .ok_or(RenderError::Effects("a shadow is asked for, but no light throws one"))?;
+                let shadow = self.shadows.get(gpu, field, light, &mut self.uploaded)?;
+                (shadow.id, Content::View(shadow.finished.view.clone()))
+            }
             Slot::GradientSampler => {
                 let key = SamplerKey { filter: SMOOTH, wrap: [Wrap::Clamp; 2] };
                 (0, Content::Sampler(self.sampler(gpu, key)?.clone()))
@@ -152,6 +161,7 @@ impl Textures {
         let texture = match slot {
             Slot::Heights => self.heights.peek(&field),
             Slot::Gradients => self.gradients.peek(&field),
+            Slot::Shadow => draw.coloring.shadow.and_then(|light| self.shadows.peek(field, light)),
             slot if slot.is_sampler() => None,
             _ => image_in(draw, slot).and_then(colors),
         };
@@ -241,11 +251,81 @@ impl Textures {
         self.gradients.retire(frame);
         self.colors.retire(frame);
         self.samplers.retire(frame);
+        self.shadows.retire(frame);
     }
 
     /// Bytes that the textures hold on the device.
     pub(super) fn bytes(&self) -> u64 {
-        self.heights.values().chain(self.gradients.values()).chain(self.colors.values()).map(|t| t.bytes).sum()
+        let kept = self.heights.values().chain(self.gradients.values()).chain(self.colors.values());
+        kept.chain(self.shadows.kept.iter().map(|shadow| &shadow.finished)).map(|t| t.bytes).sum()
+    }
+}
+
+/// Shadows of maps on themselves. When a light turns or heights change, the new shadow is written over the old one: a sun that
+/// moves leaves nothing behind.
+#[derive(Debug, Default)]
+struct Shadows {
+    kept: Vec<Shadow>,
+    made: u64,
+}
+
+#[derive(Debug)]
+struct Shadow {
+    field: u64,
+    light: LatticeLight,
+    /// Tells the texture from others, for the bindings.
+    id: u64,
+    used: u64,
+    texture: wgpu::Texture,
+    finished: Texture,
+}
+
+impl Shadows {
+    fn get(
+        &mut self,
+        gpu: Gpu<'_>,
+        field: &HeightField,
+        light: LatticeLight,
+        uploaded: &mut u64,
+    ) -> Result<&Shadow, RenderError> {
+        let size = [field.columns(), field.rows()];
+        let known = self.kept.iter().position(|s| s.field == field.id() && s.light == light);
+        let place = if let Some(known) = known {
+            known
+        } else {
+            // One that no draw of this frame reads, best of all of the same map.
+            let free =
+                |(_, s): &(usize, &Shadow)| s.used < gpu.frame && [s.texture.width(), s.texture.height()] == size;
+            let old = self.kept.iter().enumerate().filter(free).max_by_key(|(_, s)| s.field == field.id());
+            let place = match old.map(|(place, _)| place) {
+                Some(place) => place,
+                None => {
+                    let texture = create(gpu.device, "a shadow map", wgpu::TextureFormat::R32Float, size, 1)?;
+                    let finished = finish(&texture, 1.0);
+                    self.made += 1;
+                    self.kept.push(Shadow { field: 0, light, id: self.made, used: 0, texture, finished });
+                    self.kept.len() - 1
+                }
+            };
+            let shadow = &mut self.kept[place];
+            // If it can not be sent, it is nobody's.
+            shadow.field = 0;
+            let depths = ShadowMap::new(field, &light);
+            upload(gpu, &shadow.texture, 0, bytemuck::cast_slice(depths.depths()), uploaded)?;
+            (shadow.field, shadow.light) = (field.id(), light);
+            place
+        };
+        let shadow = &mut self.kept[place];
+        shadow.used = gpu.frame;
+        Ok(shadow)
+    }
+
+    fn peek(&self, field: u64, light: LatticeLight) -> Option<&Texture> {
+        self.kept.iter().find(|s| s.field == field && s.light == light).map(|s| &s.finished)
+    }
+
+    fn retire(&mut self, frame: u64) {
+        self.kept.retain(|s| frame.saturating_sub(s.used) <= PATIENCE);
     }
 }
 

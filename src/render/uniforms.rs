@@ -161,13 +161,13 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
         }
     };
     for light in some(e.directional_lights, |l| matches!(l, FrameLight::Directional { .. })) {
-        let Some(FrameLight::Directional { towards, color }) = light else {
+        let Some(FrameLight::Directional { towards, color, shadow }) = light else {
             w.vec3(Vec3::Z, 0.0);
             w.vec3(Vec3::ZERO, 0.0);
             continue;
         };
         w.vec3(*towards, 0.0);
-        w.vec3(*color, 0.0);
+        w.vec3(*color, f32::from(*shadow));
     }
     for light in some(e.point_lights, |l| matches!(l, FrameLight::Point { .. })) {
         let (position, color, weakening) = match light {

@@ -22,6 +22,7 @@ pub mod pixel_error;
 pub mod published;
 pub mod pyramid;
 pub mod selection;
+mod shadow;
 mod stencil;
 
 pub use coverage::{Coverage, Displacement};
@@ -41,3 +42,4 @@ pub use parts::{Part, Parts, Resolutions, ResolutionsError, Side, UnitVertex, pa
 pub use pixel_error::{LatticeView, PixelError, PixelProjection};
 pub use pyramid::MinMaxPyramid;
 pub use selection::{ActivePatch, Demand, Full, LodEye, Metric, Precision, Selection, side_vertices};
+pub use shadow::{LatticeLight, ShadowMap};
