@@ -533,6 +533,25 @@ fn dyadic_ray(map: &Map, rng: &mut Rng) -> LatticeRay {
     LatticeRay { origin, direction, near: 0.0, far }
 }
 
+/// Found by the long run: where the ray crosses a diagonal, the slope along v sees the rounding of u. The bound did not count it,
+/// and was half of what the hit was off by.
+#[test]
+fn a_diagonal_far_from_the_origin_of_a_ray_is_within_the_bound() {
+    let maps = small_maps();
+    let map = maps.iter().find(|map| map.name == "low 50 × 50").unwrap();
+    let ray = LatticeRay {
+        origin: DVec3::new(126.80920945086491, 0.24342920790005218, 1.3682755536222682),
+        direction: DVec3::new(-0.9996956326226583, 0.024670673180580232, 0.001208146275249709),
+        near: 0.0,
+        far: f64::INFINITY,
+    };
+    let hits = map.hits(&ray);
+    assert!(hits.iter().any(|hit| hit.cell == [5, 3]));
+    for hit in &hits {
+        check_hit(map, &ray, hit).unwrap();
+    }
+}
+
 /// The crossings by the definition: changes of sign, and ends of the ray or of the map on the surface. Where the ray runs
 /// within the surface, its first point counts.
 ///

@@ -52,10 +52,12 @@ fn picker<'r>(run: &'r Run<'_>, surface: Surface) -> Result<Picker<'r>, CostErro
     Ok(action.picker(&run.bench.scene)?)
 }
 
-/// First hits, and the time for each on this thread. The first ray is cast once more before: it finds what is made once.
+/// First hits, and the time for each on this thread. Before, rays are cast until one hits: it finds what is made once.
 fn picks(picker: &Picker<'_>, rays: &[Ray]) -> Result<(Vec<Option<PickedPoint>>, f64), CostError> {
-    if let Some(ray) = rays.first() {
-        picker.pick(ray, false)?;
+    for ray in rays {
+        if !picker.pick(ray, false)?.is_empty() {
+            break;
+        }
     }
     let start = Instant::now();
     let first = |ray| picker.pick(ray, false).map(|hits| hits.into_iter().next());

@@ -65,14 +65,16 @@ pub struct ExactHit {
     /// Bound of the vertical distance between the ray at `t` and the surface, in raw units: rounding alone.
     ///
     /// With ε = 2⁻⁵³, the ray's origin o, direction d and gradient g:
-    /// 16 ε (|o_w| + |d_w t| + |w| + |g_u| (|o_u| + |d_u t| + 1) + |g_v| (|o_v| + |d_v t| + 1)), where |g| is the largest
-    /// slope of the cell's two triangles.
+    /// 16 ε (|o_w| + |d_w t| + |w| + (|g_u| + |g_v|) (|o_u| + |d_u t| + |o_v| + |d_v t| + 1)), where |g| is the largest slope of
+    /// the cell's two triangles.
     ///
     /// Derivation: t at a line comes from one difference, one reciprocal and one product (3 ε relative), which moves the
     /// ray's point by 3 ε |d t| in each axis; o + d t adds 2 ε (|o| + |d t|), the interpolation 3 ε of the heights'
-    /// difference and ε |w|; f itself ε |f|. So f at either end of a piece is off by at most 5 ε of the sum above, and
-    /// as f is linear between, so is the zero of the interpolation; its own rounding is at most 4 ε of the change of f
-    /// over the piece, and ε |t| in the result. The sum is below 11 ε; 16 leaves room.
+    /// difference and ε |w|; f itself ε |f|. At a diagonal t comes from the differences of the two axes, and the height from the
+    /// place along u, so that each slope sees the rounding of both axes: 4 ε across the diagonal and 2 ε along it. So f at
+    /// either end of a piece is off by at most 6 ε of the sum above, and as f is linear between, so is the zero of the
+    /// interpolation; its own rounding is at most 4 ε of the change of f over the piece, and ε |t| in the result. The sum is
+    /// below 12 ε; 16 leaves room.
     pub error: f64,
 }
 

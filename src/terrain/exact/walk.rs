@@ -460,17 +460,14 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
         let [a, b, c, d] = self.corners(column, row);
         let height = a.abs().max(b.abs()).max(c.abs()).max(d.abs());
         // The derivation is that of `ExactHit::error`.
-        f.abs() <= 5.0 * EPSILON * self.magnitude(t, height, [a, b, c, d])
+        f.abs() <= 6.0 * EPSILON * self.magnitude(t, height, [a, b, c, d])
     }
 
     /// The sum that rounding is in proportion to, at a point of a cell.
     fn magnitude(&self, t: f64, height: f64, [a, b, c, d]: [f64; 4]) -> f64 {
-        let steepest = [(b - a).abs().max((d - c).abs()), (c - a).abs().max((d - b).abs())];
-        self.z.0.abs()
-            + (self.z.1 * t).abs()
-            + height.abs()
-            + steepest[0] * (self.u.origin.abs() + (self.u.direction * t).abs() + 1.0)
-            + steepest[1] * (self.v.origin.abs() + (self.v.direction * t).abs() + 1.0)
+        let steepest = (b - a).abs().max((d - c).abs()) + (c - a).abs().max((d - b).abs());
+        let along = |axis: &Axis| axis.origin.abs() + (axis.direction * t).abs();
+        self.z.0.abs() + (self.z.1 * t).abs() + height.abs() + steepest * (along(&self.u) + along(&self.v) + 1.0)
     }
 
     #[cold]
