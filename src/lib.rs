@@ -79,10 +79,11 @@ pub mod prelude {
         IndexedFaceSet, IndexedLineSet, IndexedTriangleStripSet, Info, Label, Length, LevelOfDetail, LightModel,
         LightingModel, LineSet, List, Lod, Material, Matrix, MatrixTransform, MultipleCopy, Node, Normal,
         NormalBinding, NormalMap, OrthographicCamera, PerspectiveCamera, PickStyle, PickStyleKind, Plane, PointLight,
-        PointSet, QuadMesh, Ramp, RampBy, Reset, ResetTransform, Rotation, RotationXyz, Scale, SeamlessTerrain,
-        Separator, ShaderParameter, ShaderProgram, ShaderValue, ShapeHints, ShapeType, Sphere, SpotLight, Style,
-        Switch, Texture2, Texture2Transform, TextureCoordinate2, TextureUnit, Transform, TransformSeparator,
-        Translation, TriangleStripSet, Units, VertexOrdering, VertexProperty, VertexShader, VoidMode,
+        PointSet, PolygonOffset, QuadMesh, Ramp, RampBy, Reset, ResetTransform, Rotation, RotationXyz, Scale,
+        SeamlessTerrain, Separator, ShaderParameter, ShaderProgram, ShaderValue, ShapeHints, ShapeType, Sphere,
+        SpotLight, Style, Switch, Texture2, Texture2Transform, TextureCoordinate2, TextureUnit, Transform,
+        TransformSeparator, Translation, TriangleStripSet, Units, VertexOrdering, VertexProperty, VertexShader,
+        VoidMode,
     };
     pub use crate::scene::{EditError, Image, NodeKey, Path, Pixels, Scene};
 }

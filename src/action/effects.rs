@@ -21,7 +21,7 @@ pub struct EffectInfo {
 }
 
 impl EffectInfo {
-    /// How often a draw has the effect: the number of lights of a kind; 0 or 1 for others.
+    /// How often a draw has the effect: the number of lights of a kind or of planes; 0 or 1 for others.
     #[must_use]
     pub fn count(&self, effects: &Effects) -> u8 {
         (self.count)(effects)
@@ -33,10 +33,10 @@ impl EffectInfo {
         self.count(effects) > 0
     }
 
-    /// The name, with the number of lights: `point-light×2`.
+    /// The name, with the number of lights or planes: `point-light×2`.
     #[must_use]
     pub fn name_in(&self, effects: &Effects) -> String {
-        match self.name.ends_with("-light") {
+        match self.name.ends_with("-light") || self.name.ends_with("-plane") {
             true => format!("{}×{}", self.name, self.count(effects)),
             false => self.name.to_owned(),
         }
@@ -93,6 +93,8 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "detail-textures",   |e| on(e.detail_textures), |s| by(&[Aspect::DetailTextures], s);
     "normal-map",        |e| on(e.normal_map),     |s| by(&[Aspect::NormalMap], s);
     "shadow",            |e| on(e.shadow),         |s| vec![s.shadow_light().map(|(_, light)| light.visit)];
+    "clip-plane",        |e| e.clip_planes,        |s| s.clip_planes.iter().map(|plane| Some(plane.visit)).collect();
+    "two-sided",         |e| on(e.two_sided),      |s| by(&[Aspect::ShapeHints], s);
     "morph",             |e| on(e.morph),          by_shape;
     "color-by-part",     |e| on(e.debug_color == DebugColor::Parts), by_shape;
     "color-by-level",    |e| on(e.debug_color == DebugColor::Levels), by_shape;

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Mat3, Mat4, Vec2, Vec3};
+use glam::{DVec3, Mat3, Mat4, Vec2, Vec3, Vec4};
 
 use crate::node::{FogType, Ramp, RampBy, Style, TextureFilter, Wrap};
 use crate::scene::Image;
@@ -84,6 +84,10 @@ pub struct Draw {
     pub towards_eye: Option<Vec3>,
     /// What colours a terrain beside material and colour map.
     pub coloring: Coloring,
+    /// What is cut off: where a plane's (normal, distance) · (place, 1) is negative, in world axes with the origin at the eye.
+    pub clip_planes: Arc<[Vec4]>,
+    /// How much deeper faces are drawn than they are; see [`PolygonOffset`](crate::node::PolygonOffset).
+    pub depth_offset: DepthOffset,
     /// Width and height of the picture in pixels, for what has its size there.
     pub picture: Vec2,
     /// The edges and corners of triangles, where they are drawn, and lines and points.
@@ -92,6 +96,15 @@ pub struct Draw {
     pub fog: Fog,
     /// For transparent shapes: distance of the middle of their box from the eye, along the view. Others have 0.
     pub distance: f64,
+}
+
+/// How much deeper faces are drawn than they are.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DepthOffset {
+    /// Multiplies the slope, in depth per pixel.
+    pub factor: f32,
+    /// Multiplies the smallest difference of depth.
+    pub units: i32,
 }
 
 /// The material of a surface in linear light.
@@ -425,6 +438,10 @@ pub struct Effects {
     pub emissive: bool,
     /// Whether the heights of a terrain blend between levels.
     pub morph: bool,
+    /// Number of planes that cut off what is beyond them.
+    pub clip_planes: u8,
+    /// Whether faces are seen from behind as well, with the light on that side.
+    pub two_sided: bool,
 }
 
 impl Effects {

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat4, DVec3, Mat3, Vec2, Vec3};
 
 use super::frame::{
-    Coloring, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, Sky, Statistics, Strokes,
-    SurfaceMaterial, relative,
+    Coloring, DepthOffset, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, Sky,
+    Statistics, Strokes, SurfaceMaterial, relative,
 };
 use super::state::{cofactors, compose};
 use super::view::Kept;
@@ -359,6 +359,9 @@ impl DrawContext<'_> {
             opacity: 1.0 - m.transparency,
         };
         let ambient = state.environment.ambient();
+        let faces = !matches!(geometry, Geometry::Strokes(_));
+        let offset = state.polygon_offset.as_ref().filter(|offset| faces && offset.moves(style.style));
+        let eye = self.view.eye;
         let effects = Effects {
             geometry: options.kind,
             directional_lights: count(|l| matches!(l, FrameLight::Directional { .. })),
@@ -380,6 +383,8 @@ impl DrawContext<'_> {
             ambient: material.ambient * ambient != Vec3::ZERO,
             emissive: material.emissive != Vec3::ZERO,
             morph: options.morph,
+            clip_planes: state.clip_planes.len().min(255) as u8,
+            two_sided: faces && state.shape_hints.both_sides(options.two_sided || !state.clip_planes.is_empty()),
         }
         .reduced();
         // A mesh has an outside, which no map turns in. A terrain has an upper side, which local z points from: its
@@ -418,6 +423,15 @@ impl DrawContext<'_> {
             towards_eye,
             fog: if effects.fog == FogType::None { Fog::default() } else { self.fog() },
             coloring,
+            clip_planes: state
+                .clip_planes
+                .iter()
+                .map(|plane| plane.normal.extend(plane.normal.dot(eye - plane.point)).as_vec4())
+                .collect(),
+            depth_offset: offset.map_or(DepthOffset::default(), |offset| DepthOffset {
+                factor: offset.factor,
+                units: offset.units.round() as i32,
+            }),
             picture: Vec2::from_array(self.size.map(|side| side as f32)),
             lines: LineStyle {
                 color: style.line_color.linear(),
@@ -496,13 +510,15 @@ pub struct DrawOptions {
     pub lit: bool,
     /// Whether heights blend between levels, by the weights of the instances.
     pub morph: bool,
+    /// Whether faces are seen from behind as well, where the State does not say.
+    pub two_sided: bool,
 }
 
 impl DrawOptions {
     /// Nothing beside the State.
     #[must_use]
     pub const fn plain(kind: GeometryKind) -> Self {
-        Self { kind, color_map: false, debug_color: DebugColor::Plain, lit: true, morph: false }
+        Self { kind, color_map: false, debug_color: DebugColor::Plain, lit: true, morph: false, two_sided: false }
     }
 }
 

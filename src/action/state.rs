@@ -11,7 +11,7 @@ use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3, Vec3};
 use super::{ActionError, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
 use crate::node::{
     Background, Binding, ColorRamp, Complexity, ContourLines, DetailTextures, DrawStyle, Environment, LightModel, List,
-    Material, NormalMap, PickStyleKind, ShapeHints, Wrap,
+    Material, NormalMap, PickStyleKind, PolygonOffset, ShapeHints, Wrap,
 };
 use crate::scene::{Image, NodeKey, Path, Scene};
 
@@ -50,6 +50,8 @@ pub struct State {
     pub shape_hints: ShapeHints,
     /// How shapes are picked.
     pub pick_style: PickStyleKind,
+    /// How faces are moved away in depth, if they are.
+    pub polygon_offset: Option<PolygonOffset>,
     /// What cuts shapes off.
     pub clip_planes: Arc<Vec<PlacedPlane>>,
     /// What properties defined elsewhere have set; see [`State::set`].
@@ -102,6 +104,7 @@ impl Default for State {
             texture_coordinates: List::default(),
             shape_hints: ShapeHints::default(),
             pick_style: PickStyleKind::default(),
+            polygon_offset: None,
             clip_planes: Arc::default(),
             extensions: Extensions::default(),
             environment: Environment::default(),
@@ -300,6 +303,8 @@ pub struct PlacedPlane {
     pub normal: DVec3,
     /// A point of the plane.
     pub point: DVec3,
+    /// The node that it is; see [`PropertyContext::visit`].
+    pub visit: u64,
 }
 
 impl LightSource {
@@ -335,10 +340,12 @@ pub enum Aspect {
     DrawStyle,
     /// Normals that roughen the light.
     NormalMap,
+    /// Which sides of faces are seen.
+    ShapeHints,
 }
 
 impl Aspect {
-    const COUNT: usize = Aspect::NormalMap as usize + 1;
+    const COUNT: usize = Aspect::ShapeHints as usize + 1;
 }
 
 /// The last node that set each [`Aspect`]: the visit, 0 for none. A walk has fewer than 2³² visits

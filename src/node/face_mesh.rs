@@ -73,6 +73,8 @@ pub(crate) struct FaceMesh {
     uvs: List<DVec2>,
     triangles: Vec<MeshTriangle>,
     bounds: Option<Aabb>,
+    /// Whether only the normals tell which side is outside.
+    outside_by_normals: bool,
     bvh: OnceLock<Bvh>,
     drawn: OnceLock<Option<(DVec3, Arc<Mesh>)>>,
 }
@@ -172,6 +174,9 @@ impl FaceMesh {
             for t in &self.triangles {
                 let triangle = self.triangle(t);
                 let mut corners = [0; 3];
+                let [a, b, c] = triangle.points;
+                let turned =
+                    self.outside_by_normals && (b - a).cross(c - a).dot(triangle.normals.into_iter().sum()) < 0.0;
                 let given = t.points.into_iter().zip(t.normals).zip(triangle.points.into_iter().zip(triangle.normals));
                 for (corner, (key, (point, normal))) in corners.iter_mut().zip(given) {
                     *corner = *known.entry(key).or_insert_with(|| {
@@ -180,12 +185,13 @@ impl FaceMesh {
                         mesh.positions.len() as u32 - 1
                     });
                 }
-                mesh.triangles.push(corners);
+                let [a, b, c] = corners;
+                mesh.triangles.push(if turned { [a, c, b] } else { corners });
             }
             Some((anchor, Arc::new(mesh)))
         });
         let Some((anchor, mesh)) = drawn else { return Ok(()) };
-        let options = DrawOptions::plain(GeometryKind::Mesh);
+        let options = DrawOptions { two_sided: true, ..DrawOptions::plain(GeometryKind::Mesh) };
         cx.draw(Geometry::Mesh(Arc::clone(mesh)), &DAffine3::from_translation(*anchor), options)
     }
 }
@@ -330,7 +336,9 @@ impl<'i> Builder<'i> {
         } else {
             inputs.texture_coordinates.clone()
         };
-        Ok(FaceMesh { points, normals, uvs, triangles, bounds, ..FaceMesh::default() })
+        let ordering = inputs.hints.vertex_ordering;
+        let outside_by_normals = !inputs.normals.is_empty() && ordering == VertexOrdering::UnknownOrdering;
+        Ok(FaceMesh { points, normals, uvs, triangles, bounds, outside_by_normals, ..FaceMesh::default() })
     }
 }
 

@@ -2,7 +2,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{FieldProblem, List, PropertyNode, field::enum_field};
-use crate::action::{PropertyContext, State};
+use crate::action::{Aspect, PropertyContext, State};
 
 crate::define_node! {
     /// The points that the sets of faces, lines and points after it refer to, instead of those before.
@@ -169,7 +169,7 @@ pub enum ShapeType {
     /// Not known.
     #[default]
     UnknownShapeType,
-    /// They do: nobody sees them from behind.
+    /// They do: nobody sees them from behind, and they are not drawn from there.
     Solid,
 }
 
@@ -188,9 +188,12 @@ pub enum FaceType {
 enum_field!(FaceType: UnknownFaceType | Convex);
 
 crate::define_node! {
-    /// What is known of the sets of faces after it.
+    /// What is known of the shapes after it.
     ///
-    /// Read by picks, render and callbacks through the normals and triangles that are made.
+    /// Read by picks, render and callbacks through the normals and triangles that are made of sets of faces, and by render
+    /// for which sides are drawn: of sets of faces both, and light falls on the side that is seen, unless the ordering is known and
+    /// the shape is `Solid`; then only the outer one, as in Open Inventor. Other shapes, terrains among them, are drawn from
+    /// outside alone, unless the ordering is known and the shape is not `Solid`. Picks meet both sides.
     ///
     /// ```ron
     /// ShapeHints(vertex_ordering: Counterclockwise, crease_angle: 0.5)
@@ -198,7 +201,7 @@ crate::define_node! {
     pub struct ShapeHints: property {
         /// How the corners of faces run around, seen from outside.
         pub vertex_ordering: VertexOrdering = VertexOrdering::UnknownOrdering,
-        /// Whether the faces enclose a volume; kept for those who read the scene.
+        /// Whether the faces enclose a volume, so that nobody sees their back.
         pub shape_type: ShapeType = ShapeType::UnknownShapeType,
         /// Whether faces may have corners that point inwards.
         pub face_type: FaceType = FaceType::Convex,
@@ -217,7 +220,18 @@ crate::define_node! {
 }
 
 impl PropertyNode for ShapeHints {
-    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+    fn apply(&self, state: &mut State, cx: &PropertyContext<'_>) {
         state.shape_hints = self.clone();
+        state.credit(Aspect::ShapeHints, cx);
+    }
+}
+
+impl ShapeHints {
+    /// Whether both sides are seen of a shape: of one that does not say, and is taken to be seen from one or from both.
+    pub(crate) fn both_sides(&self, otherwise: bool) -> bool {
+        match (self.vertex_ordering, self.shape_type) {
+            (VertexOrdering::UnknownOrdering, _) => otherwise,
+            (_, shape_type) => shape_type == ShapeType::UnknownShapeType,
+        }
     }
 }

@@ -57,9 +57,10 @@ impl PropertyNode for PickStyle {
 }
 
 crate::define_node! {
-    /// A plane that cuts off what follows on its outer side. Planes add up.
+    /// A plane that cuts off what follows on its outer side. Planes add up, as many as there are.
     ///
-    /// Picks do not meet what is cut off; boxes take no notice, as in Open Inventor.
+    /// What is cut off is not drawn, and picks do not meet it; boxes take no notice, as in Open Inventor. What is cut open
+    /// shows its inside, unless [`ShapeHints`](crate::node::ShapeHints) say that nobody sees it.
     ///
     /// ```ron
     /// ClipPlane(plane: (0.0, 0.0, -1.0, -100.0))
@@ -80,12 +81,13 @@ crate::define_node! {
 }
 
 impl PropertyNode for ClipPlane {
-    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+    fn apply(&self, state: &mut State, cx: &PropertyContext<'_>) {
         let Some(normal) = crate::action::unit(self.plane.normal).filter(|_| self.on) else { return };
         let point = state.model.transform_point3(normal * self.plane.distance);
         let normals = crate::action::normal_matrix(&state.model.matrix3);
         if let Some(normal) = crate::action::unit(normals * normal) {
-            std::sync::Arc::make_mut(&mut state.clip_planes).push(PlacedPlane { normal, point });
+            let plane = PlacedPlane { normal, point, visit: cx.visit };
+            std::sync::Arc::make_mut(&mut state.clip_planes).push(plane);
         }
     }
 }

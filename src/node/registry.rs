@@ -60,6 +60,7 @@ const BUILT_IN: &[&NodeInfo] = &[
     super::PickStyle::INFO,
     super::PointLight::INFO,
     super::PointSet::INFO,
+    super::PolygonOffset::INFO,
     super::QuadMesh::INFO,
     super::ResetTransform::INFO,
     super::Rotation::INFO,

@@ -662,6 +662,7 @@ impl ShapeNode for SeamlessTerrain {
             },
             lit: self.color_mode == ColorMode::Plain,
             morph: instances.morphs(),
+            two_sided: false,
         };
         let draw = TerrainDraw {
             heights: Arc::clone(placed.terrain.field()),

@@ -6,6 +6,7 @@ use super::RenderError;
 use super::bindings::{Slot, SlotSet};
 use super::error::guarded;
 use super::shader::{Variant, sky_text};
+use crate::action::{DepthOffset, Draw};
 use crate::terrain::{Instance, LooseVertex, PatchWeights};
 
 /// Depth is kept in 32-bit floats.
@@ -35,6 +36,28 @@ pub(super) struct Pipeline {
     pub textures: Option<wgpu::BindGroupLayout>,
 }
 
+/// What a pipeline depends on beside its shader.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Raster {
+    mirrored: bool,
+    /// Bits of the factor, and units.
+    depth_offset: (u32, i32),
+}
+
+impl Raster {
+    pub(super) fn of(draw: &Draw) -> Self {
+        let DepthOffset { factor, units } = draw.depth_offset;
+        // 0.0 and -0.0 are one.
+        Self { mirrored: draw.mirrored, depth_offset: ((factor + 0.0).to_bits(), units) }
+    }
+
+    /// Depth is reversed: what is to be deeper gets less of it.
+    fn bias(self) -> wgpu::DepthBiasState {
+        let (factor, units) = self.depth_offset;
+        wgpu::DepthBiasState { constant: units.saturating_neg(), slope_scale: -f32::from_bits(factor), clamp: 0.0 }
+    }
+}
+
 /// All variants compiled so far, for one format and number of samples.
 #[derive(Debug)]
 pub(super) struct Pipelines {
@@ -43,8 +66,7 @@ pub(super) struct Pipelines {
     draw_layout: Option<wgpu::BindGroupLayout>,
     texture_layouts: HashMap<SlotSet, wgpu::BindGroupLayout>,
     sky: Option<wgpu::RenderPipeline>,
-    /// By variant, and whether it is mirrored.
-    compiled: HashMap<(Variant, bool), Pipeline>,
+    compiled: HashMap<(Variant, Raster), Pipeline>,
     /// How many were made in all.
     pub made: u32,
 }
@@ -79,9 +101,9 @@ impl Pipelines {
         &mut self,
         device: &wgpu::Device,
         variant: Variant,
-        mirrored: bool,
+        raster: Raster,
     ) -> Result<Pipeline, RenderError> {
-        if let Some(found) = self.compiled.get(&(variant, mirrored)) {
+        if let Some(found) = self.compiled.get(&(variant, raster)) {
             return Ok(found.clone());
         }
         let draw_layout = self.draw_layout(device)?;
@@ -95,7 +117,7 @@ impl Pipelines {
                 wgpu::PipelineLayoutDescriptor { label: None, bind_group_layouts: &layouts, immediate_size: 0 };
             (device.create_shader_module(module), device.create_pipeline_layout(&layout))
         })?;
-        let compile = |pass| self.compile(device, &variant, &module, &layout, mirrored, pass);
+        let compile = |pass| self.compile(device, &variant, &module, &layout, raster, pass);
         let (pipeline, depth_only) = if variant.effects.transparency {
             (compile(Pass::Blend)?, Some(compile(Pass::Depth)?))
         } else {
@@ -103,7 +125,7 @@ impl Pipelines {
         };
         let made = Pipeline { pipeline, depth_only, textures };
         self.made += 1 + u32::from(variant.effects.transparency);
-        self.compiled.insert((variant, mirrored), made.clone());
+        self.compiled.insert((variant, raster), made.clone());
         Ok(made)
     }
 
@@ -172,7 +194,7 @@ impl Pipelines {
         variant: &Variant,
         module: &wgpu::ShaderModule,
         layout: &wgpu::PipelineLayout,
-        mirrored: bool,
+        raster: Raster,
         pass: Pass,
     ) -> Result<wgpu::RenderPipeline, RenderError> {
         let instance = wgpu::vertex_attr_array![0 => Uint32x2, 1 => Uint32];
@@ -249,12 +271,15 @@ impl Pipelines {
                 },
                 primitive: wgpu::PrimitiveState {
                     // Triangles are counter-clockwise seen from outside, in a picture whose y points up.
-                    front_face: if mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
+                    front_face: if raster.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
                     // The two triangles of a stroke lie either way.
-                    cull_mode: (!variant.strokes()).then_some(wgpu::Face::Back),
+                    cull_mode: (!variant.strokes() && !variant.effects.two_sided).then_some(wgpu::Face::Back),
                     ..wgpu::PrimitiveState::default()
                 },
-                depth_stencil: Some(depth_state(pass != Pass::Blend, wgpu::CompareFunction::GreaterEqual)),
+                depth_stencil: Some(wgpu::DepthStencilState {
+                    bias: raster.bias(),
+                    ..depth_state(pass != Pass::Blend, wgpu::CompareFunction::GreaterEqual)
+                }),
                 multisample: wgpu::MultisampleState { count: self.samples, ..wgpu::MultisampleState::default() },
                 fragment: Some(wgpu::FragmentState {
                     module,

@@ -11,7 +11,7 @@ use super::bindings::{Slot, SlotSet};
 use super::buffers::GrowingBuffer;
 use super::cache::Cache;
 use super::error::guarded;
-use super::pipelines::{DEPTH_FORMAT, MESH_STRIDE, Pipeline, Pipelines};
+use super::pipelines::{DEPTH_FORMAT, MESH_STRIDE, Pipeline, Pipelines, Raster};
 use super::shader::{Variant, encodes};
 use super::targets::Targets;
 use super::textures::{Gpu, Textures};
@@ -399,7 +399,7 @@ impl Renderer {
     fn prepare_draw(&mut self, gpu: Gpu<'_>, draw: &Draw, index: usize) -> Result<Job, RenderError> {
         check_effects(draw)?;
         let variant = Variant::new(&draw.effects, self.format)?;
-        let pipeline = self.pipelines.get(gpu.device, variant, draw.mirrored)?;
+        let pipeline = self.pipelines.get(gpu.device, variant, Raster::of(draw))?;
         let textures = match &pipeline.textures {
             Some(layout) => Some(self.bind_textures(gpu, &variant, draw, layout)?),
             None => None,

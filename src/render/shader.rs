@@ -55,7 +55,7 @@ impl Variant {
 
     /// Whether some fragments of a triangle are not drawn.
     pub(super) fn cut(&self) -> bool {
-        matches!(self.effects.style, Style::Lines | Style::Points)
+        matches!(self.effects.style, Style::Lines | Style::Points) || self.effects.clip_planes > 0
     }
 
     /// Whether vertices are told their place in the patch by a list of indices, one after the other. Loose triangles have
@@ -73,15 +73,15 @@ impl Variant {
     /// Whether fragments need to know where they are.
     pub(super) fn position(&self) -> bool {
         let e = &self.effects;
-        e.point_lights > 0 || e.spot_lights > 0 || e.specular || e.fog != FogType::None
+        e.point_lights > 0 || e.spot_lights > 0 || e.specular || e.fog != FogType::None || e.clip_planes > 0
     }
 
     /// The WGSL.
     pub(super) fn text(&self) -> Result<String, RenderError> {
         let e = &self.effects;
         let counts = format!(
-            "const DIRECTIONAL = {}u;\nconst POINT = {}u;\nconst SPOT = {}u;\n",
-            e.directional_lights, e.point_lights, e.spot_lights
+            "const DIRECTIONAL = {}u;\nconst POINT = {}u;\nconst SPOT = {}u;\nconst CLIP_PLANES = {}u;\n",
+            e.directional_lights, e.point_lights, e.spot_lights, e.clip_planes
         );
         // What follows from several effects.
         let common = [
@@ -91,6 +91,7 @@ impl Variant {
             ("loose", e.geometry.is_loose()),
             ("u16", !self.float_heights()),
             ("lit", e.lit()),
+            ("turned_normals", e.two_sided && e.lit()),
             ("air", e.fog != FogType::None),
             ("position", self.position()),
             ("normals", e.lit() || e.debug_color == DebugColor::Normals),
@@ -150,7 +151,7 @@ pub(super) fn encodes(format: wgpu::TextureFormat) -> bool {
     !format.is_srgb() && !floats
 }
 
-const MODULES: [(&str, &str); 18] = [
+const MODULES: [(&str, &str); 19] = [
     ("fog", include_str!("../../shaders/fog.wesl")),
     ("ramp", include_str!("../../shaders/ramp.wesl")),
     ("contours", include_str!("../../shaders/contours.wesl")),
@@ -158,6 +159,7 @@ const MODULES: [(&str, &str); 18] = [
     ("normal_map", include_str!("../../shaders/normal_map.wesl")),
     ("shadow", include_str!("../../shaders/shadow.wesl")),
     ("edges", include_str!("../../shaders/edges.wesl")),
+    ("clip", include_str!("../../shaders/clip.wesl")),
     ("strokes", include_str!("../../shaders/strokes.wesl")),
     ("sky", include_str!("../../shaders/sky.wesl")),
     ("main", include_str!("../../shaders/main.wesl")),

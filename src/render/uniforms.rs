@@ -191,5 +191,8 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
         w.vec3(direction, 0.0);
         attenuation(&mut w, &weakening);
     }
+    // Planes that the effects count but the draw does not have cut nothing.
+    let planes = draw.clip_planes.iter().copied().chain(std::iter::repeat(Vec4::ZERO));
+    planes.take(e.clip_planes.into()).for_each(|plane| w.vec4(plane));
     (out.len() - start) as u64
 }
