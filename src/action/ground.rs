@@ -22,6 +22,11 @@ fn exact(scene: &Scene) -> Result<Picker<'_>, ActionError> {
     RayPickAction { surface: Surface::Exact, ..RayPickAction::pixel(0, 0, [1, 1]) }.picker(scene)
 }
 
+/// What a hit on the line from `a` to `b` may be off by: coordinates are taken to the shape's own and back with a few roundings each.
+fn rounding(a: DVec3, b: DVec3, hit: &PickedPoint) -> f64 {
+    16.0 * f64::EPSILON * (a.length() + b.length() + hit.point.length())
+}
+
 fn is_terrain(detail: &HitDetail) -> bool {
     matches!(detail, HitDetail::Terrain(_))
 }
@@ -125,8 +130,7 @@ impl Picker<'_> {
         };
         // Whether what is met is no more than an end that lies on the ground.
         let is_end = |hit: &PickedPoint| {
-            // Coordinates are taken to the shape's own and back with a few roundings each.
-            let rounding = 16.0 * f64::EPSILON * (a.length() + b.length() + hit.point.length());
+            let rounding = rounding(a, b, hit);
             let HitDetail::Terrain(detail) = hit.detail else {
                 let slack = rounding / hit.normal.dot(ray.direction).abs();
                 return Ok(hit.distance <= slack || hit.distance >= length - slack);
@@ -156,8 +160,7 @@ impl Picker<'_> {
             return Ok(None);
         };
         let HitDetail::Terrain(TerrainDetail { entering: false, .. }) = ground.detail else { return Ok(None) };
-        let rounding = 16.0 * f64::EPSILON * (a.length() + b.length() + ground.point.length());
-        let lift = 2.0 * (rounding + ground.error_bound.unwrap_or(0.0));
+        let lift = 2.0 * (rounding(a, b, &ground) + ground.error_bound.unwrap_or(0.0));
         if ground.distance > lift { Ok(Some(ground)) } else { self.first_terrain(a + DVec3::Z * lift, b - a) }
     }
 

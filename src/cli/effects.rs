@@ -3,7 +3,7 @@ use seamount::prelude::*;
 use seamount::render::{DrawCost, Headless};
 use serde::Serialize;
 
-use super::{Outcome, Output, SceneArg, in_file, load, size};
+use super::{DrawArgs, Outcome, Output, SceneArg, in_file, load, size};
 
 /// List what each draw of a scene calls for, and what that costs.
 ///
@@ -17,12 +17,8 @@ pub(super) struct Args {
     /// Size of the picture that is drawn
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     size: [u32; 2],
-    /// Name of the camera; the first one if not given
-    #[arg(long, value_name = "NAME")]
-    camera: Option<String>,
-    /// Part of the name of the graphics adapter; hardware before software if not given
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    by: DrawArgs,
     /// Print an object per draw
     #[arg(long)]
     json: bool,
@@ -48,9 +44,9 @@ struct Effect<'a> {
 pub(super) fn run(args: &Args) -> Outcome {
     let scene = load(&args.scene.scene)?;
     let [width, height] = args.size;
-    let action = RenderAction { camera: args.camera.clone(), ..RenderAction::new(width, height) };
+    let action = RenderAction { camera: args.by.camera.clone(), ..RenderAction::new(width, height) };
     let (frame, draws) = action.explain(&scene).map_err(in_file(&args.scene.scene))?;
-    let mut headless = Headless::new(args.adapter.as_deref())?;
+    let mut headless = Headless::new(args.by.adapter.as_deref())?;
     headless.draw(&frame)?;
     let costs = headless.costs(&frame)?;
     let mut out = Output::new();

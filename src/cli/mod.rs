@@ -183,6 +183,17 @@ struct SceneArg {
     scene: PathBuf,
 }
 
+/// What draws a scene, as arguments.
+#[derive(Debug, clap::Args)]
+struct DrawArgs {
+    /// Name of the camera; the first one if not given
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
+    /// Part of the name of the graphics adapter; hardware before software if not given
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

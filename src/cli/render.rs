@@ -10,7 +10,7 @@ use seamount::prelude::*;
 use seamount::render::Headless;
 use serde::Serialize;
 
-use super::{Outcome, Output, SceneArg, in_file, load, size};
+use super::{DrawArgs, Outcome, Output, SceneArg, in_file, load, size};
 
 /// Draw a scene into a picture.
 #[derive(Debug, clap::Args)]
@@ -26,12 +26,8 @@ pub(super) struct Args {
     /// Colour where nothing is, sRGB, if the scene has no Background
     #[arg(long, value_name = "#rrggbb", default_value = "#c9dcee", value_parser = color)]
     background: Color,
-    /// Name of the camera; the first one if not given
-    #[arg(long, value_name = "NAME")]
-    camera: Option<String>,
-    /// Part of the name of the graphics adapter; hardware before software if not given
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    by: DrawArgs,
     /// Print an object with what was drawn and how long it took
     #[arg(long)]
     json: bool,
@@ -96,8 +92,11 @@ pub(super) fn run(args: &Args) -> Outcome {
     decode(&scene, &mut progress);
     progress.step("finding the extent of the scene");
     let [width, height] = args.size;
-    let action =
-        RenderAction { camera: args.camera.clone(), background: args.background, ..RenderAction::new(width, height) };
+    let action = RenderAction {
+        camera: args.by.camera.clone(),
+        background: args.background,
+        ..RenderAction::new(width, height)
+    };
     action.viewpoint(&scene).map_err(&failed)?;
     let load = start.elapsed();
 
@@ -107,7 +106,7 @@ pub(super) fn run(args: &Args) -> Outcome {
     let selection = start.elapsed();
 
     progress.step("starting the graphics adapter");
-    let mut headless = Headless::new(args.adapter.as_deref())?;
+    let mut headless = Headless::new(args.by.adapter.as_deref())?;
     progress.step(&format!("drawing with {}", headless.adapter().name));
     let picture = headless.draw(&frame)?;
     progress.step(&format!("writing {}", args.output.display()));

@@ -411,32 +411,23 @@ impl Renderer {
         let scratch = &mut self.scratch;
         let geometry = match &draw.geometry {
             Geometry::Terrain(terrain) if variant.effects.geometry.is_loose() => {
-                let first = scratch.loose.len() as u32;
-                scratch.loose.extend_from_slice(terrain.instances.loose());
-                let first_weight = variant.effects.morph.then(|| {
-                    let first = scratch.loose_weights.len() as u32;
-                    scratch.loose_weights.extend_from_slice(terrain.instances.loose_weights());
-                    first
-                });
+                let first = append(&mut scratch.loose, terrain.instances.loose());
+                let weights = terrain.instances.loose_weights();
+                let first_weight = variant.effects.morph.then(|| append(&mut scratch.loose_weights, weights));
                 Ready::Loose { first, first_weight }
             }
             Geometry::Terrain(terrain) => {
                 let indices = self.parts.get(terrain.parts.resolutions(), gpu.frame, || {
                     index_buffer(gpu, &terrain.parts, &mut self.textures.uploaded)
                 })?;
-                let first = scratch.instances.len() as u32;
-                scratch.instances.extend_from_slice(terrain.instances.data());
-                let first_weight = variant.effects.morph.then(|| {
-                    let first = scratch.weights.len() as u32;
-                    scratch.weights.extend_from_slice(terrain.instances.weights());
-                    first
-                });
+                let first = append(&mut scratch.instances, terrain.instances.data());
+                let weights = terrain.instances.weights();
+                let first_weight = variant.effects.morph.then(|| append(&mut scratch.weights, weights));
                 Ready::Terrain { indices: indices.clone(), first, first_weight }
             }
             Geometry::Mesh(mesh) => scratch.add_mesh(mesh, variant.edges()),
             Geometry::Strokes(strokes) => {
-                let first = scratch.corners.len() as u32;
-                scratch.corners.extend(strokes.pieces.as_flattened());
+                let first = append(&mut scratch.corners, strokes.pieces.as_flattened());
                 Ready::Strokes { first, count: strokes.pieces.len() as u32 }
             }
         };
@@ -726,6 +717,13 @@ impl Scratch {
         self.corner_indices.extend(mesh.triangles.iter().flatten());
         Ready::Mesh { base, first, count: mesh.triangles.len() as u32 * 3 }
     }
+}
+
+/// Appends to what is uploaded together; returns where the addition begins.
+fn append<T: Copy>(all: &mut Vec<T>, more: &[T]) -> u32 {
+    let first = all.len() as u32;
+    all.extend_from_slice(more);
+    first
 }
 
 /// Whether a draw has what its effects ask for.

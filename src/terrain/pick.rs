@@ -392,6 +392,13 @@ impl FanTree {
         (number, range)
     }
 
+    /// The node of a patch of the block's level, by its column and row in the map.
+    #[inline(always)]
+    fn node(&self, block: &Block, column: usize, row: usize) -> Option<&FanNode> {
+        let mask = (1usize << block.bits) - 1;
+        self.nodes.get(block.first as usize + (row & mask) * block.width as usize + (column & mask))
+    }
+
     /// Bytes that the nodes occupy.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -529,7 +536,6 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
             let size = number(1 << block.shift);
             let ((mut line_u, step_u), (mut line_v, step_v)) = (u.ahead(column, size), v.ahead(row, size));
             let (mut leave_u, mut leave_v) = (u.line(line_u), v.line(line_v));
-            let mask = (1usize << block.bits) - 1;
             let below = loop {
                 if left == 0 {
                     debug_assert!(false, "a walk visits no block twice");
@@ -538,8 +544,7 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
                 left -= 1;
                 let leave = smaller(smaller(leave_u, leave_v), far);
                 let z_leave = self.height_along(leave);
-                let at = block.first as usize + (row & mask) * block.width as usize + (column & mask);
-                let Some(node) = fans.nodes.get(at) else {
+                let Some(node) = fans.node(block, column, row) else {
                     debug_assert!(false, "a walk stays on the map");
                     return false;
                 };
@@ -704,9 +709,7 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
         let (patch, node) = loop {
             let Some(block) = fans.blocks.get(number as usize) else { return };
             let [column, row] = cell.map(|i| i >> block.shift);
-            let mask = (1 << block.bits) - 1;
-            let at = block.first as usize + (row & mask) * block.width as usize + (column & mask);
-            let Some(node) = fans.nodes.get(at) else { return };
+            let Some(node) = fans.node(block, column, row) else { return };
             if node.below == 0 {
                 break (PatchId { level: block.level, column: column as u32, row: row as u32 }, node);
             }
