@@ -358,6 +358,14 @@ fn pairs() -> Vec<Pair> {
             changes: always,
         },
         Pair {
+            effect: "color-by-error",
+            brings: &[],
+            words: &["error", "ramp", "patch_color"],
+            without: |_| (),
+            with: |b| b.terrain.color_mode = ColorMode::Errors,
+            changes: always,
+        },
+        Pair {
             effect: "color-by-normal",
             brings: &[],
             words: &["normal", "gradient", "linear_from_srgb"],

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Mat3, Mat4, Vec2, Vec3, Vec4};
 
-use crate::node::{FogType, Ramp, RampBy, Style, TextureFilter, Wrap};
+use crate::node::{FogType, Ramp, RampBy, Style, TextureFilter, Wrap, mix_stops};
 use crate::scene::Image;
 use crate::terrain::{HeightField, Instances, LatticeLight, Parts, Samples};
 
@@ -348,6 +348,38 @@ pub enum DebugColor {
     Levels,
     /// The normal that shading uses, in world axes: red, green and blue are x, y and z, -1 black and 1 full.
     Normals,
+    /// How far off each part is, as [`Instances::errors`] say, in the colours of [`error_color`].
+    Errors,
+}
+
+/// Colours of errors with their places, in multiples of the error allowed. sRGB; between them linear light is mixed.
+///
+/// Up to the error allowed it is Viridis, whose even steps look even to people with any colour vision; what is more is red at once,
+/// and dark red from four times on.
+pub const ERROR_STOPS: [(f32, [u8; 3]); 8] = [
+    (0.0, [68, 1, 84]),
+    (0.2, [65, 68, 135]),
+    (0.4, [42, 120, 142]),
+    (0.6, [34, 168, 132]),
+    (0.8, [122, 209, 81]),
+    (1.0, [253, 231, 37]),
+    // One part in 256 more, which floats between 0 and 4 resolve well.
+    (1.00390625, [214, 47, 39]),
+    (4.0, [70, 0, 10]),
+];
+
+/// The colour of an error, given in multiples of the error allowed, in linear light: [`ERROR_STOPS`].
+///
+/// ```
+/// use seamount::action::error_color;
+///
+/// // What is allowed is yellow at the most, what is not is red.
+/// assert!(error_color(1.0).y > 0.7 && error_color(1.01).y < 0.1);
+/// assert_eq!(error_color(4.0), error_color(f32::INFINITY));
+/// ```
+#[must_use]
+pub fn error_color(error: f32) -> Vec3 {
+    mix_stops(&ERROR_STOPS, error)
 }
 
 /// The kinds of shape that shaders differ by.

@@ -18,7 +18,7 @@ use crate::terrain::LatticeLight;
 type Effect = (&'static str, fn(&mut Draw));
 
 /// The effects that a draw can have. A new one is a line here.
-const EFFECTS: [Effect; 18] = [
+const EFFECTS: [Effect; 19] = [
     ("none", |_| {}),
     ("one directional light", directional),
     ("one directional light, ambient light", |draw| {
@@ -48,6 +48,12 @@ const EFFECTS: [Effect; 18] = [
     ("colours by part", |draw| draw.effects.debug_color = debug(draw, DebugColor::Parts)),
     ("colours by level", |draw| draw.effects.debug_color = debug(draw, DebugColor::Levels)),
     ("colours by normal", |draw| draw.effects.debug_color = debug(draw, DebugColor::Normals)),
+    ("colours by error", |draw| {
+        draw.effects.debug_color = debug(draw, DebugColor::Errors);
+        if let Geometry::Terrain(terrain) = &mut draw.geometry {
+            Arc::make_mut(&mut terrain.instances).rate_alike(0.5);
+        }
+    }),
     ("all that go together", |draw| {
         for effect in [directional, point, spot, ambient, specular, emissive, fog, transparency] {
             effect(draw);

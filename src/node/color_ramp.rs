@@ -86,16 +86,20 @@ impl Ramp {
     /// ```
     #[must_use]
     pub fn color(self, place: f32) -> Vec3 {
-        let stops = self.stops();
-        let linear =
-            |[r, g, b]: [u8; 3]| Color::new(f32::from(r) / 255.0, f32::from(g) / 255.0, f32::from(b) / 255.0).linear();
-        let Some(((_, first), rest)) = stops.split_first() else { return Vec3::ZERO };
-        let mut color = linear(*first);
-        for (&(from, _), &(to, next)) in stops.iter().zip(rest) {
-            color = color.lerp(linear(next), ((place - from) / (to - from)).clamp(0.0, 1.0));
-        }
-        color
+        mix_stops(self.stops(), place)
     }
+}
+
+/// The colour at a place between `stops` in rising order, in linear light; beyond their ends that of the end.
+pub(crate) fn mix_stops(stops: &[(f32, [u8; 3])], place: f32) -> Vec3 {
+    let linear =
+        |[r, g, b]: [u8; 3]| Color::new(f32::from(r) / 255.0, f32::from(g) / 255.0, f32::from(b) / 255.0).linear();
+    let Some(((_, first), rest)) = stops.split_first() else { return Vec3::ZERO };
+    let mut color = linear(*first);
+    for (&(from, _), &(to, next)) in stops.iter().zip(rest) {
+        color = color.lerp(linear(next), ((place - from) / (to - from)).clamp(0.0, 1.0));
+    }
+    color
 }
 
 crate::define_node! {

@@ -54,6 +54,7 @@ use glam::{DVec2, DVec3};
 pub use background::Background;
 pub use base_color::BaseColor;
 pub use camera::{CameraFields, OrthographicCamera, PerspectiveCamera};
+pub(crate) use color_ramp::mix_stops;
 pub use color_ramp::{ColorRamp, RAMP_STOPS, Ramp, RampBy};
 pub use complexity::{Complexity, TextureFilter};
 pub use contour_lines::ContourLines;

@@ -28,9 +28,13 @@ pub enum ColorMode {
     Levels,
     /// The normals that shading uses as colours: red, green and blue are world x, y and z, -1 black and 1 full.
     Normals,
+    /// How many pixels each tile and strip may be off at most, unlit: from violet, not at all, over green to yellow, as much as a
+    /// `detail` of `PixelError` allows (with Complexity; one pixel with any other); more than that is red, and dark red from
+    /// four times on. As the camera sees it that the detail is for; what it does not see is not off.
+    Errors,
 }
 
-enum_field!(ColorMode: Plain | Parts | Levels | Normals);
+enum_field!(ColorMode: Plain | Parts | Levels | Normals | Errors);
 
 /// How the detail of a terrain is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -204,16 +208,20 @@ impl SeamlessTerrain {
         LatticeFrame { cells, cell_size, base: self.base_height, z_step }
     }
 
+    /// The view that the detail is for.
+    fn lod_view(&self, cx: &ShapeContext<'_>) -> Result<Option<Viewpoint>, ShapeError> {
+        match (&self.lod_camera, cx.cameras) {
+            (Some(name), Some(cameras)) => {
+                Ok(Some(cameras.viewpoint(Some(name)).map_err(|error| ShapeError::LodCamera(Box::new(error)))?))
+            }
+            _ => Ok(cx.viewpoint.copied()),
+        }
+    }
+
     /// What the choice of detail depends on.
     fn detail(&self, cx: &ShapeContext<'_>, placed: &Placed) -> Result<Detail, ShapeError> {
-        let lod = match (&self.lod_camera, cx.cameras) {
-            (Some(name), Some(cameras)) => {
-                Some(cameras.viewpoint(Some(name)).map_err(|error| ShapeError::LodCamera(Box::new(error)))?)
-            }
-            _ => None,
-        };
-        let Some(view) = lod.as_ref().or(cx.viewpoint) else { return Ok(Detail::Leaves) };
-        let allowed = 4f64.powf(1.0 - 2.0 * cx.state.complexity.value);
+        let Some(view) = &self.lod_view(cx)? else { return Ok(Detail::Leaves) };
+        let allowed = allowed(cx);
         Ok(match self.detail {
             DetailMode::Full => Detail::Leaves,
             DetailMode::Precision(precision) => lod_eye(view, cx, placed).map_or(Detail::Leaves, |eye| {
@@ -232,6 +240,23 @@ impl SeamlessTerrain {
         })
     }
 
+    /// What errors are coloured by, if they are.
+    fn rating(&self, cx: &ShapeContext<'_>, placed: &Placed) -> Result<Option<Rating>, ShapeError> {
+        let view = match self.color_mode {
+            ColorMode::Errors => self.lod_view(cx)?,
+            ColorMode::Plain | ColorMode::Parts | ColorMode::Levels | ColorMode::Normals => None,
+        };
+        Ok(view.map(|view| {
+            let unit = match self.detail {
+                DetailMode::PixelError(tolerance) => tolerance * allowed(cx),
+                DetailMode::Precision(_) | DetailMode::Full => 1.0,
+            };
+            // Nothing and infinitely much are no measures.
+            let unit = if unit > 0.0 && unit.is_finite() { unit } else { 1.0 };
+            Rating { view: lattice_view(&view, &cx.state.model, &placed.frame), unit }
+        }))
+    }
+
     /// The active patches for a query: those that are drawn in a frozen view, otherwise those that the detail asks for.
     pub(crate) fn selection(&self, cx: &ShapeContext<'_>, placed: &Placed) -> Result<Arc<Selection>, ShapeError> {
         let kept = cx.kept.and_then(|kept| kept.downcast_ref::<History>()).and_then(|history| history.chosen(placed));
@@ -240,6 +265,11 @@ impl SeamlessTerrain {
             None => Ok(placed.tree.select(&placed.terrain, &self.detail(cx, placed)?)),
         }
     }
+}
+
+/// What Complexity multiplies the allowed error by.
+fn allowed(cx: &ShapeContext<'_>) -> f64 {
+    4f64.powf(1.0 - 2.0 * cx.state.complexity.value)
 }
 
 /// A camera in the lattice coordinates of a terrain: linear functions, so it works for singular transforms too. `model` takes
@@ -314,12 +344,21 @@ struct History {
     /// Whether the list is that of the choice, cut by this view volume.
     listed: bool,
     frustum: Option<Frustum>,
+    /// What the parts of the list were rated by.
+    rating: Option<Rating>,
     visible: Vec<ActivePatch>,
     /// Of the visible patches those that a hole takes triangles from; they are not among the others.
     holed: Vec<ActivePatch>,
     culled: u64,
     /// The last list comes last. Frames that are still in use, here or in another thread, hold the others.
     instances: Vec<Arc<Instances>>,
+}
+
+/// By what the errors of parts are told: as seen from a camera, in multiples of so many pixels.
+#[derive(Debug, PartialEq)]
+struct Rating {
+    view: LatticeView,
+    unit: f64,
 }
 
 /// Lists of instances that are kept: one that is drawn, one that waits to be drawn, one that is made.
@@ -351,10 +390,12 @@ impl History {
         true
     }
 
-    /// The parts to draw of the chosen patches that meet the view volume; of all without one.
-    fn list(&mut self, placed: &Placed, frustum: Option<Frustum>) -> Arc<Instances> {
+    /// The parts to draw of the chosen patches that meet the view volume; of all without one. With their errors if there is a
+    /// rating.
+    fn list(&mut self, placed: &Placed, frustum: Option<Frustum>, rating: Option<Rating>) -> Arc<Instances> {
         if self.listed
             && self.frustum == frustum
+            && self.rating == rating
             && let Some(last) = self.instances.last()
         {
             return Arc::clone(last);
@@ -399,10 +440,20 @@ impl History {
                     let drawn = DrawnSurface { field: placed.terrain.field(), tree, parts, selection };
                     list.update_loose(&drawn, &self.holed);
                 }
+                if let Some(Rating { view, unit }) = &rating {
+                    let off = |patch| {
+                        let pixels = placed.tree.pixels_off(&placed.terrain, selection, view, patch);
+                        // What is allowed is at most one, whatever f64 rounds: f32 resolves less. And no f32 is infinite.
+                        pixels.map(|pixels| (pixels / unit).min(f32::MAX.into()) as f32)
+                    };
+                    let drawn = DrawnSurface { field: placed.terrain.field(), tree, parts, selection };
+                    list.rate(parts, &self.visible, off);
+                    list.rate_loose(&drawn, &self.holed, off);
+                }
             }
         }
         self.instances.push(Arc::clone(&list));
-        (self.listed, self.frustum) = (true, frustum);
+        (self.listed, self.frustum, self.rating) = (true, frustum, rating);
         list
     }
 }
@@ -633,7 +684,8 @@ impl ShapeNode for SeamlessTerrain {
             cx.statistics.selections += u32::from(history.choose(&placed, detail));
         }
         let frustum = self.culling.then(|| cx.local_frustum().pulled_back(&placed.frame.to_local()));
-        let instances = history.list(&placed, frustum);
+        let rating = self.rating(&cx.shape, &placed)?;
+        let instances = history.list(&placed, frustum, rating);
         cx.statistics.patches_traversed += history.chosen(&placed).map_or(0, |c| c.selection.traversed().into());
         cx.statistics.patches_culled += history.culled;
         cx.statistics.patches_rendered += (history.visible.len() + history.holed.len()) as u64;
@@ -641,7 +693,7 @@ impl ShapeNode for SeamlessTerrain {
 
         let color_map = match self.color_mode {
             ColorMode::Plain => cx.color_map(cx.shape.state.program.color_unit)?,
-            ColorMode::Parts | ColorMode::Levels | ColorMode::Normals => None,
+            ColorMode::Parts | ColorMode::Levels | ColorMode::Normals | ColorMode::Errors => None,
         };
         let eye = inverse_of(&cx.shape.state.model).map_or(DVec3::ZERO, |i| i.transform_point3(cx.view.eye));
         let anchor = placed.anchor(eye);
@@ -659,6 +711,7 @@ impl ShapeNode for SeamlessTerrain {
                 ColorMode::Parts => DebugColor::Parts,
                 ColorMode::Levels => DebugColor::Levels,
                 ColorMode::Normals => DebugColor::Normals,
+                ColorMode::Errors => DebugColor::Errors,
             },
             lit: self.color_mode == ColorMode::Plain,
             morph: instances.morphs(),

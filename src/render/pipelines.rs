@@ -209,6 +209,7 @@ impl Pipelines {
         });
         let weights = wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32];
         let weight = wgpu::vertex_attr_array![2 => Float32];
+        let error = wgpu::vertex_attr_array![4 => Float32];
         let place = wgpu::vertex_attr_array![5 => Uint32];
         let loose = variant.effects.geometry.is_loose();
         let buffer = if loose {
@@ -245,6 +246,11 @@ impl Pipelines {
                 (size_of::<PatchWeights>(), wgpu::VertexStepMode::Instance, &weights)
             };
             buffers.push(Some(wgpu::VertexBufferLayout { array_stride: stride as u64, step_mode, attributes }));
+        }
+        if variant.errors() {
+            let step_mode = if loose { wgpu::VertexStepMode::Vertex } else { wgpu::VertexStepMode::Instance };
+            let array_stride = size_of::<f32>() as u64;
+            buffers.push(Some(wgpu::VertexBufferLayout { array_stride, step_mode, attributes: &error }));
         }
         if variant.listed_places() {
             // The indices, one after the other.

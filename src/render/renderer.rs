@@ -129,6 +129,8 @@ pub struct Renderer {
     /// Weights of the instances, and of the loose corners, of terrains that morph.
     weights: GrowingBuffer,
     loose_weights: GrowingBuffer,
+    /// Errors of instances and of loose corners, where they are coloured by them.
+    errors: GrowingBuffer,
     corners: GrowingBuffer,
     corner_indices: GrowingBuffer,
     timer: Option<Timer>,
@@ -143,6 +145,7 @@ struct Scratch {
     loose: Vec<LooseVertex>,
     weights: Vec<PatchWeights>,
     loose_weights: Vec<f32>,
+    errors: Vec<f32>,
     corners: Vec<[Vec3; 2]>,
     corner_indices: Vec<u32>,
     jobs: Vec<Job>,
@@ -181,12 +184,16 @@ enum Ready {
         first: u32,
         /// First of their weights, if the terrain morphs.
         first_weight: Option<u32>,
+        /// First of their errors, if they are coloured by them.
+        first_error: Option<u32>,
     },
     Loose {
         /// First of its corners in the buffer of the frame.
         first: u32,
         /// First of their weights, if the terrain morphs.
         first_weight: Option<u32>,
+        /// First of their errors, if they are coloured by them.
+        first_error: Option<u32>,
     },
     Mesh {
         /// First of its corners and of its indices in the buffers of the frame, and their number.
@@ -236,6 +243,7 @@ impl Renderer {
             loose: buffer("loose triangles of a frame", wgpu::BufferUsages::VERTEX),
             weights: buffer("weights of a frame", wgpu::BufferUsages::VERTEX),
             loose_weights: buffer("weights of loose triangles", wgpu::BufferUsages::VERTEX),
+            errors: buffer("errors of a frame", wgpu::BufferUsages::VERTEX),
             corners: buffer("meshes of a frame", wgpu::BufferUsages::VERTEX),
             corner_indices: buffer("meshes of a frame", wgpu::BufferUsages::INDEX),
             timer: None,
@@ -287,6 +295,7 @@ impl Renderer {
             + size_of_val(scratch.loose.as_slice())
             + size_of_val(scratch.weights.as_slice())
             + size_of_val(scratch.loose_weights.as_slice())
+            + size_of_val(scratch.errors.as_slice())
             + size_of_val(scratch.corners.as_slice())
             + size_of_val(scratch.corner_indices.as_slice());
         Ok(DrawReport {
@@ -319,7 +328,7 @@ impl Renderer {
     /// Bytes that the renderer holds on the device.
     #[must_use]
     pub fn gpu_bytes(&self) -> u64 {
-        let instances = [&self.instances, &self.weights, &self.loose, &self.loose_weights];
+        let instances = [&self.instances, &self.weights, &self.loose, &self.loose_weights, &self.errors];
         let buffers = [&self.uniforms, &self.corners, &self.corner_indices].into_iter().chain(instances);
         self.textures.bytes()
             + self.parts.values().map(wgpu::Buffer::size).sum::<u64>()
@@ -344,12 +353,15 @@ impl Renderer {
             let buffer_bytes = match &draw.geometry {
                 Geometry::Terrain(terrain) if variant.effects.geometry.is_loose() => {
                     let weights = if variant.effects.morph { terrain.instances.loose_weights() } else { &[] };
-                    size_of_val(terrain.instances.loose()) as u64 + size_of_val(weights) as u64
+                    let errors = if variant.errors() { terrain.instances.loose_errors() } else { &[] };
+                    (size_of_val(terrain.instances.loose()) + size_of_val(weights) + size_of_val(errors)) as u64
                 }
                 Geometry::Terrain(terrain) => {
                     let indices = self.parts.peek(&terrain.parts.resolutions()).map_or(0, wgpu::Buffer::size);
                     let weights = if variant.effects.morph { terrain.instances.weights() } else { &[] };
-                    indices + size_of_val(terrain.instances.data()) as u64 + size_of_val(weights) as u64
+                    let errors = if variant.errors() { terrain.instances.errors() } else { &[] };
+                    let data = size_of_val(terrain.instances.data());
+                    indices + (data + size_of_val(weights) + size_of_val(errors)) as u64
                 }
                 Geometry::Mesh(mesh) => {
                     mesh.positions.len() as u64 * MESH_STRIDE + size_of_val(mesh.triangles.as_slice()) as u64
@@ -375,6 +387,7 @@ impl Renderer {
         scratch.loose.clear();
         scratch.weights.clear();
         scratch.loose_weights.clear();
+        scratch.errors.clear();
         scratch.corners.clear();
         scratch.corner_indices.clear();
         scratch.jobs.clear();
@@ -414,7 +427,9 @@ impl Renderer {
                 let first = append(&mut scratch.loose, terrain.instances.loose());
                 let weights = terrain.instances.loose_weights();
                 let first_weight = variant.effects.morph.then(|| append(&mut scratch.loose_weights, weights));
-                Ready::Loose { first, first_weight }
+                let errors = terrain.instances.loose_errors();
+                let first_error = variant.errors().then(|| append(&mut scratch.errors, errors));
+                Ready::Loose { first, first_weight, first_error }
             }
             Geometry::Terrain(terrain) => {
                 let indices = self.parts.get(terrain.parts.resolutions(), gpu.frame, || {
@@ -423,7 +438,9 @@ impl Renderer {
                 let first = append(&mut scratch.instances, terrain.instances.data());
                 let weights = terrain.instances.weights();
                 let first_weight = variant.effects.morph.then(|| append(&mut scratch.weights, weights));
-                Ready::Terrain { indices: indices.clone(), first, first_weight }
+                let errors = terrain.instances.errors();
+                let first_error = variant.errors().then(|| append(&mut scratch.errors, errors));
+                Ready::Terrain { indices: indices.clone(), first, first_weight, first_error }
             }
             Geometry::Mesh(mesh) => scratch.add_mesh(mesh, variant.edges()),
             Geometry::Strokes(strokes) => {
@@ -440,7 +457,9 @@ impl Renderer {
         };
         let uniforms = match draw.effects.debug_color {
             DebugColor::Parts => [TILE_COLOR, STRIP_COLOR].map(|color| add(uniforms::linear(color))),
-            DebugColor::Plain | DebugColor::Levels | DebugColor::Normals => [add(draw.material.diffuse); 2],
+            DebugColor::Plain | DebugColor::Levels | DebugColor::Normals | DebugColor::Errors => {
+                [add(draw.material.diffuse); 2]
+            }
         };
         let Pipeline { pipeline, depth_only, .. } = pipeline;
         Ok(Job {
@@ -496,6 +515,7 @@ impl Renderer {
         self.loose.write(device, queue, bytemuck::cast_slice(&scratch.loose))?;
         self.weights.write(device, queue, bytemuck::cast_slice(&scratch.weights))?;
         self.loose_weights.write(device, queue, bytemuck::cast_slice(&scratch.loose_weights))?;
+        self.errors.write(device, queue, bytemuck::cast_slice(&scratch.errors))?;
         self.corners.write(device, queue, bytemuck::cast_slice(&scratch.corners))?;
         self.corner_indices.write(device, queue, bytemuck::cast_slice(&scratch.corner_indices))?;
         let Some(buffer) = self.uniforms.get() else { return Ok(()) };
@@ -598,7 +618,7 @@ impl Renderer {
             pass.set_bind_group(1, textures, &[]);
         }
         match (&job.geometry, &draw.geometry) {
-            (Ready::Terrain { indices, first, first_weight }, Geometry::Terrain(terrain)) => {
+            (Ready::Terrain { indices, first, first_weight, first_error }, Geometry::Terrain(terrain)) => {
                 let Some(instances) = self.instances.get() else { return 0 };
                 // From its own on: another terrain of the frame may have no weights.
                 pass.set_vertex_buffer(0, instances.slice(u64::from(*first) * size_of::<Instance>() as u64..));
@@ -606,8 +626,12 @@ impl Renderer {
                     let Some(weights) = self.weights.get() else { return 0 };
                     pass.set_vertex_buffer(1, weights.slice(u64::from(*first) * size_of::<PatchWeights>() as u64..));
                 }
+                let errors = 1 + u32::from(first_weight.is_some());
+                if !self.set_errors(pass, errors, *first_error) {
+                    return 0;
+                }
                 if job.edges {
-                    pass.set_vertex_buffer(1 + u32::from(first_weight.is_some()), indices.slice(..));
+                    pass.set_vertex_buffer(errors + u32::from(first_error.is_some()), indices.slice(..));
                 } else {
                     pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
                 }
@@ -630,12 +654,15 @@ impl Renderer {
                 }
                 terrain.instances.ranges().len() as u32
             }
-            (Ready::Loose { first, first_weight }, Geometry::Terrain(terrain)) => {
+            (Ready::Loose { first, first_weight, first_error }, Geometry::Terrain(terrain)) => {
                 let Some(corners) = self.loose.get() else { return 0 };
                 pass.set_vertex_buffer(0, corners.slice(u64::from(*first) * size_of::<LooseVertex>() as u64..));
                 if let Some(first) = first_weight {
                     let Some(weights) = self.loose_weights.get() else { return 0 };
                     pass.set_vertex_buffer(1, weights.slice(u64::from(*first) * size_of::<f32>() as u64..));
+                }
+                if !self.set_errors(pass, 1 + u32::from(first_weight.is_some()), *first_error) {
+                    return 0;
                 }
                 // Tiles and strips in one call, unless their uniforms differ.
                 let [tiles, strips] = terrain.instances.loose_ranges();
@@ -672,6 +699,14 @@ impl Renderer {
             }
             (Ready::Terrain { .. } | Ready::Loose { .. }, Geometry::Mesh(_) | Geometry::Strokes(_)) => 0,
         }
+    }
+
+    /// Binds the errors from the first of a draw on, if it has some; false if there is no buffer.
+    fn set_errors(&self, pass: &mut wgpu::RenderPass<'_>, slot: u32, first: Option<u32>) -> bool {
+        let Some(first) = first else { return true };
+        let Some(errors) = self.errors.get() else { return false };
+        pass.set_vertex_buffer(slot, errors.slice(u64::from(first) * size_of::<f32>() as u64..));
+        true
     }
 
     fn clear_color(&self, linear: Vec3) -> wgpu::Color {
@@ -752,6 +787,18 @@ fn check_effects(draw: &Draw) -> Result<(), RenderError> {
         && !terrain.instances.morphs()
     {
         return Err(RenderError::Effects("heights are to blend between levels, but the instances have no weights"));
+    }
+    if draw.effects.debug_color == DebugColor::Errors
+        && let Geometry::Terrain(terrain) = &draw.geometry
+    {
+        let list = &terrain.instances;
+        let rated = match kind.is_loose() {
+            true => list.loose_errors().len() == list.loose().len(),
+            false => list.errors().len() == list.data().len(),
+        };
+        if !rated {
+            return Err(RenderError::Effects("errors are to be coloured, but the instances were not rated"));
+        }
     }
     if draw.effects.geometry != kind {
         return Err(RenderError::Effects("the effects are for another kind of geometry"));

@@ -64,6 +64,16 @@ impl Variant {
         self.edges() && self.terrain() && !self.effects.geometry.is_loose()
     }
 
+    /// Whether vertices are told how far off they are.
+    pub(super) fn errors(&self) -> bool {
+        self.effects.debug_color == DebugColor::Errors
+    }
+
+    /// Whether the vertex stage says the colour.
+    pub(super) fn color_by_patch(&self) -> bool {
+        matches!(self.effects.debug_color, DebugColor::Levels | DebugColor::Errors)
+    }
+
     /// Whether fragments read the gradients of a map.
     pub(super) fn gradients(&self) -> bool {
         let e = &self.effects;
@@ -100,7 +110,8 @@ impl Variant {
             ("gradients", self.gradients()),
             ("lattice", self.gradients() || e.color_map || e.detail_textures || e.shadow),
             ("relative_height", e.ramp == Some(RampBy::Height) || e.contours),
-            ("ramp", e.ramp.is_some()),
+            ("ramp", e.ramp.is_some() || self.errors()),
+            ("color_by_patch", self.color_by_patch()),
             ("albedo", e.color_map || e.ramp.is_some() || e.detail_textures),
             ("encode_srgb", self.encode_srgb),
         ];

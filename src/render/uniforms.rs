@@ -4,7 +4,7 @@ use glam::{Mat3, Mat4, UVec4, Vec2, Vec3, Vec4};
 
 use super::shader::Variant;
 use crate::action::{
-    Attenuation, Cone, ContourStyle, DebugColor, Draw, FrameLight, Geometry, RampMap, Sky, linear_color,
+    Attenuation, Cone, ContourStyle, DebugColor, Draw, ERROR_STOPS, FrameLight, Geometry, RampMap, Sky, linear_color,
 };
 use crate::node::{FogType, RAMP_STOPS, Ramp};
 
@@ -43,6 +43,13 @@ impl Writer<'_> {
 
     fn uvec4(&mut self, v: UVec4) {
         self.0.extend_from_slice(bytemuck::bytes_of(&v.to_array()));
+    }
+
+    /// The last one again, up to the length of the list.
+    fn stops(&mut self, stops: &[(f32, [u8; 3])]) {
+        for (place, color) in stops.iter().chain(stops.last().into_iter().cycle()).take(RAMP_STOPS) {
+            self.vec3(linear(*color), *place);
+        }
     }
 
     fn mat4(&mut self, m: &Mat4) {
@@ -98,12 +105,12 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
     }
     if e.ramp.is_some() {
         let map = coloring.ramp.unwrap_or(RampMap { ramp: Ramp::Gray, scale: 0.0, offset: 0.0, slope: Vec2::ZERO });
-        let stops = map.ramp.stops();
-        // The last one again, up to the length of the list.
-        for (place, color) in stops.iter().chain(stops.last().into_iter().cycle()).take(RAMP_STOPS) {
-            w.vec3(linear(*color), *place);
-        }
+        w.stops(map.ramp.stops());
         w.vec4(Vec4::new(map.scale, map.offset, map.slope.x, map.slope.y));
+    }
+    if e.debug_color == DebugColor::Errors {
+        w.stops(&ERROR_STOPS);
+        w.vec4(Vec4::X);
     }
     if e.contours {
         let none = ContourStyle { scale: 0.0, offset: 0.5, width: 0.0, color: Vec3::ZERO };
@@ -128,7 +135,7 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
     if variant.edges() {
         w.vec3(draw.lines.color, 0.5 * draw.lines.width);
     }
-    if !levels && !normals {
+    if !variant.color_by_patch() && !normals {
         w.vec3(diffuse, m.opacity);
     }
     if e.ambient {

@@ -13,7 +13,7 @@ use super::parts::{Parts, Resolutions};
 use super::pick::{FanErrors, FanTree};
 use super::pixel_error::{LatticeView, PixelError};
 use super::pyramid::MinMaxPyramid;
-use super::selection::{Full, LodEye, Precision, Selection};
+use super::selection::{ActivePatch, Full, LodEye, Precision, Selection};
 
 /// A map of heights with its min/max tree and its patch trees.
 #[derive(Debug)]
@@ -250,6 +250,56 @@ impl PatchTree {
                 None => errors,
             }
         })
+    }
+
+    /// How many pixels what is drawn on the four sides of an active patch (north, east, south, west) may be off at most, as seen
+    /// from a camera: by its vertical error, and by the outlines of holes. Infinite where there is no bound, 0 out of view. `terrain`
+    /// is the one that the tree belongs to.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use glam::{DAffine3, DVec3};
+    /// use seamount::action::{Lens, Viewpoint};
+    /// use seamount::node::{SeamlessTerrain, lattice_view};
+    /// use seamount::terrain::{Detail, Resolutions, Terrain, generate};
+    ///
+    /// let (terrain, node) = (Terrain::new(generate(257, 1)?), SeamlessTerrain::default());
+    /// let camera = Viewpoint {
+    ///     eye: DVec3::new(0.5, -1.0, 0.5),
+    ///     right: DVec3::X,
+    ///     up: DVec3::Z,
+    ///     forward: DVec3::Y,
+    ///     lens: Lens::Perspective { tan_half_height: 0.8 },
+    ///     aspect: 1.5,
+    ///     pixels: 480.0,
+    ///     near: 0.01,
+    ///     far: None,
+    /// };
+    /// let view = lattice_view(&camera, &DAffine3::IDENTITY, &node.frame(terrain.field()));
+    /// let tree = terrain.tree(Resolutions::new(8, 2)?);
+    /// let selection = tree.select(&terrain, &Detail::PixelError { tolerance: 2.0, view: view.clone() });
+    /// for patch in selection.patches(tree.hierarchy()) {
+    ///     let off = tree.pixels_off(&terrain, &selection, &view, patch);
+    ///     assert!(off.iter().all(|&pixels| pixels <= 2.0 * (1.0 + 1e-12)), "{off:?}");
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn pixels_off(
+        &self,
+        terrain: &Terrain,
+        selection: &Selection,
+        view: &LatticeView,
+        patch: ActivePatch,
+    ) -> [f64; 4] {
+        let (tree, field) = (&self.hierarchy, terrain.field());
+        match selection.weights(tree, patch.id) {
+            Some(weights) => [self.morph_errors(field).pixels_drawn(tree, patch.id, &weights, view); 4],
+            None => {
+                let (errors, pyramid) = (self.tile_errors(field), terrain.pyramid());
+                PixelError { tolerance: 0.0, view, errors, pyramid }.pixels(tree, patch)
+            }
+        }
     }
 
     /// The fans of a selection of this tree, made on first call for each of the last few selections; `field` is the one that

@@ -48,6 +48,10 @@ pub struct Instances {
     loose_tiles: u32,
     /// One per loose corner if the selection morphs, otherwise none.
     loose_weights: Vec<f32>,
+    /// One per instance if they were rated, otherwise none.
+    errors: Vec<f32>,
+    /// One per loose corner if they were rated, otherwise none.
+    loose_errors: Vec<f32>,
 }
 
 impl Instances {
@@ -58,6 +62,8 @@ impl Instances {
         self.loose.clear();
         self.loose_tiles = 0;
         self.loose_weights.clear();
+        self.errors.clear();
+        self.loose_errors.clear();
         self.cursor.clear();
         self.cursor.resize(parts.len(), 0);
         for patch in patches {
@@ -98,14 +104,40 @@ impl Instances {
             return;
         }
         self.weights.resize(self.data.len(), PatchWeights::zeroed());
-        // The cursors stand behind the last instance of their part: backwards.
-        for patch in patches.iter().rev() {
-            let Some(weights) = selection.weights(tree, patch.id) else { continue };
-            for part in parts_of(patch.sides) {
+        self.in_places(parts, patches, |list, patch, places| {
+            let Some(weights) = selection.weights(tree, patch.id) else { return };
+            places.into_iter().for_each(|(_, place)| list.weights[place] = weights);
+        });
+    }
+
+    /// Notes how far off the parts of the `patches` that were listed last are, in multiples of whatever error is of interest;
+    /// `off` says it of the four sides of a patch. A strip is as far off as the worse of its two sides.
+    pub fn rate(&mut self, parts: &Parts, patches: &[ActivePatch], off: impl Fn(ActivePatch) -> [f32; 4]) {
+        self.errors.resize(self.data.len(), 0.0);
+        self.in_places(parts, patches, |list, patch, places| {
+            let off = off(patch);
+            places.into_iter().for_each(|(part, place)| list.errors[place] = worst(part, off));
+        });
+    }
+
+    /// The parts of each of the `patches` that were listed last, with the places of their instances.
+    fn in_places(
+        &mut self,
+        parts: &Parts,
+        patches: &[ActivePatch],
+        mut each: impl FnMut(&mut Self, ActivePatch, [(Part, usize); 8]),
+    ) {
+        // The cursors stand behind the last instance of their part: backwards, and back.
+        for &patch in patches.iter().rev() {
+            let places = parts_of(patch.sides).map(|part| {
                 let cursor = &mut self.cursor[parts.index(part)];
                 *cursor -= 1;
-                self.weights[*cursor as usize] = weights;
-            }
+                (part, *cursor as usize)
+            });
+            each(self, patch, places);
+        }
+        for patch in patches {
+            parts_of(patch.sides).into_iter().for_each(|part| self.cursor[parts.index(part)] += 1);
         }
     }
 
@@ -130,6 +162,30 @@ impl Instances {
         }
     }
 
+    /// The same error for all instances and loose triangles: what colours cost does not depend on which they are.
+    #[cfg(feature = "cost")]
+    pub(crate) fn rate_alike(&mut self, error: f32) {
+        self.errors = vec![error; self.data.len()];
+        self.loose_errors = vec![error; self.loose.len()];
+    }
+
+    /// [`Instances::rate`] for the loose triangles of `patches`, which were listed last.
+    pub fn rate_loose(
+        &mut self,
+        drawn: &DrawnSurface<'_>,
+        patches: &[ActivePatch],
+        off: impl Fn(ActivePatch) -> [f32; 4],
+    ) {
+        self.loose_errors.clear();
+        for tiles in [true, false] {
+            for &patch in patches {
+                let off = off(patch);
+                let triangles = drawn.triangles(patch).filter(|t| matches!(t.part, Part::Tile(..)) == tiles);
+                self.loose_errors.extend(triangles.flat_map(|triangle| [worst(triangle.part, off); 3]));
+            }
+        }
+    }
+
     /// Whether heights blend between levels: whether there are weights.
     #[must_use]
     pub fn morphs(&self) -> bool {
@@ -146,6 +202,18 @@ impl Instances {
     #[must_use]
     pub fn loose_weights(&self) -> &[f32] {
         &self.loose_weights
+    }
+
+    /// How far off the instances are, in their order; none unless they were rated.
+    #[must_use]
+    pub fn errors(&self) -> &[f32] {
+        &self.errors
+    }
+
+    /// How far off the triangles of the loose corners are, in their order; none unless they were rated.
+    #[must_use]
+    pub fn loose_errors(&self) -> &[f32] {
+        &self.loose_errors
     }
 
     /// Corners of the triangles that are drawn by themselves, three by three.
@@ -202,5 +270,13 @@ impl Instances {
             range.clone().map(move |k| (part, k..k + 1))
         };
         Self { ranges: self.ranges.iter().flat_map(one_by_one).collect(), ..self.clone() }
+    }
+}
+
+/// How far off a part is, by its sides.
+fn worst(part: Part, off: [f32; 4]) -> f32 {
+    match part {
+        Part::Tile(side, _) => off[side as usize],
+        Part::Strip(side, ..) => off[side as usize].max(off[side.next() as usize]),
     }
 }

@@ -75,7 +75,7 @@ use super::errors::{overlay_heights, place, round_up};
 use super::height_field::{HeightField, Samples};
 use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::{Parts, Side, UnitVertex};
-use super::pixel_error::{LatticeView, PixelProjection};
+use super::pixel_error::{LatticeView, PixelProjection, pixels_of};
 use super::selection::{Demand, LodEye, Metric, Precision};
 
 /// How much of the refinement of a patch is drawn, 0 to 1: at its sides and inside of it.
@@ -290,6 +290,77 @@ impl MorphErrors {
         f64::from(self.bounds[tree.index(patch)].error)
     }
 
+    /// Bounds of how many pixels a patch is off as seen from a camera, whatever of its refinement is drawn: by its vertical error,
+    /// and, drawn at r_min, by the outlines of holes. Infinite where there is no bound; 0 out of view. For boxes that are nested the
+    /// order is kept, rounding included.
+    fn pixels(&self, tree: &Hierarchy, patch: PatchId, view: &LatticeView) -> [f64; 2] {
+        let error = self.get(tree, patch);
+        let outline = self.outline(tree, patch);
+        let [low, high] = self.hull(tree, patch);
+        let perfect = error == 0.0 && outline == Displacement::default();
+        if perfect || view.frustum.excludes(low, high) {
+            return [0.0; 2];
+        }
+        let (near, least, most) = match view.projection {
+            PixelProjection::Orthographic { .. } => (1.0, DVec2::ZERO, DVec2::ZERO),
+            PixelProjection::Perspective { tangents, .. } => {
+                // Sums of the smallest and of the largest terms, so that rounding keeps the order of nested boxes.
+                let range = |f: DVec4| {
+                    let [x, y, z] = [(f.x, low.x, high.x), (f.y, low.y, high.y), (f.z, low.z, high.z)]
+                        .map(|(n, a, b)| ((n * a).min(n * b), (n * a).max(n * b)));
+                    [x.0 + y.0 + z.0 + f.w, x.1 + y.1 + z.1 + f.w]
+                };
+                let [near, far] = range(view.depth);
+                if near <= 0.0 {
+                    return [f64::INFINITY; 2];
+                }
+                let tangent = |f: DVec4| {
+                    let [least, most] = range(f);
+                    [least / if least > 0.0 { far } else { near }, most / if most > 0.0 { near } else { far }]
+                };
+                let ([x0, x1], [y0, y1]) = (tangent(view.right), tangent(view.up));
+                let [least, most] = [DVec2::new(x0, y0), DVec2::new(x1, y1)].map(|t| t.clamp(-tangents, tangents));
+                (near, least, most)
+            }
+        };
+        let spread = view.spread(least, most);
+        let vertical = pixels_of(error * spread, near);
+        if outline == Displacement::default() {
+            return [vertical, 0.0];
+        }
+        let raw = outline.raw + error;
+        let nearer = match view.projection {
+            PixelProjection::Orthographic { .. } => 0.0,
+            PixelProjection::Perspective { .. } => {
+                let depth = view.depth;
+                outline.cells * depth.x.hypot(depth.y) + raw * depth.z.abs()
+            }
+        };
+        [vertical, pixels_of(outline.cells * view.spread_of_cells(least, most) + raw * spread, near - nearer)]
+    }
+
+    /// A bound of how many pixels what is drawn of a patch with these weights is off as seen from a camera, by the promise of
+    /// the module's documentation: M · ((1 − w) + w / 2) for a patch that is on its way, that of its children at r_min for a
+    /// complete one, and nothing for a complete leaf. Infinite where there is no bound; 0 out of view.
+    #[must_use]
+    pub fn pixels_drawn(&self, tree: &Hierarchy, patch: PatchId, weights: &PatchWeights, view: &LatticeView) -> f64 {
+        let w = f64::from(weights.inside);
+        let own = || self.pixels(tree, patch, view);
+        // With any weight its mesh is that of its children at r_min, and so are the outlines.
+        let children = || {
+            let children = tree.children(patch).map(|child| self.pixels(tree, child, view));
+            children.fold([0.0f64; 2], |worst, pixels| [0, 1].map(|k| worst[k].max(pixels[k])))
+        };
+        let [error, outline] = match patch.level < tree.depth() {
+            _ if w <= 0.0 => own(),
+            true if w >= 1.0 => children(),
+            true => [own()[0] * (1.0 - 0.5 * w), children()[1]],
+            false if w >= 1.0 => [0.0; 2],
+            false => [own()[0] * (1.0 - w), 0.0],
+        };
+        error.max(outline)
+    }
+
     /// A bound of the vertical error of what is drawn of a patch with these weights, in raw units. A complete patch is its
     /// children at r_min, whose errors are at most half of its own; complete leaves are exact. Where the border of the map cuts a
     /// patch its slivers are counted.
@@ -453,58 +524,14 @@ pub struct MorphPixelError<'t> {
 
 impl Urgency for MorphPixelError<'_> {
     fn urgency(&self, tree: &Hierarchy, patch: PatchId) -> f64 {
-        let error = self.errors.get(tree, patch);
-        let outline = self.errors.outline(tree, patch);
-        let [low, high] = self.errors.hull(tree, patch);
-        let perfect = error == 0.0 && outline == Displacement::default();
-        if perfect || self.tolerance == f64::INFINITY || self.view.frustum.excludes(low, high) {
+        if self.tolerance == f64::INFINITY {
             return 0.0;
         }
-        let (near, least, most) = match self.view.projection {
-            PixelProjection::Orthographic { .. } => (1.0, DVec2::ZERO, DVec2::ZERO),
-            PixelProjection::Perspective { tangents, .. } => {
-                // Sums of the smallest and of the largest terms, so that rounding keeps the order of nested boxes.
-                let range = |f: DVec4| {
-                    let [x, y, z] = [(f.x, low.x, high.x), (f.y, low.y, high.y), (f.z, low.z, high.z)]
-                        .map(|(n, a, b)| ((n * a).min(n * b), (n * a).max(n * b)));
-                    [x.0 + y.0 + z.0 + f.w, x.1 + y.1 + z.1 + f.w]
-                };
-                let [near, far] = range(self.view.depth);
-                if near <= 0.0 {
-                    return f64::INFINITY;
-                }
-                let tangent = |f: DVec4| {
-                    let [least, most] = range(f);
-                    [least / if least > 0.0 { far } else { near }, most / if most > 0.0 { near } else { far }]
-                };
-                let ([x0, x1], [y0, y1]) = (tangent(self.view.right), tangent(self.view.up));
-                let [least, most] = [DVec2::new(x0, y0), DVec2::new(x1, y1)].map(|t| t.clamp(-tangents, tangents));
-                (near, least, most)
-            }
-        };
-        let spread = self.view.spread(least, most);
+        let [error, outline] = self.errors.pixels(tree, patch, self.view);
         // Nothing has no urgency, even at τ = 0.
-        let urgency = if error == 0.0 { 0.0 } else { error * spread / (COMPLETE * self.tolerance * near) };
-        let urgency = if outline == Displacement::default() {
-            urgency
-        } else {
-            // Outlines are those of r_min up to e = 1/2.
-            let raw = outline.raw + error;
-            let nearer = match self.view.projection {
-                PixelProjection::Orthographic { .. } => 0.0,
-                PixelProjection::Perspective { .. } => {
-                    let depth = self.view.depth;
-                    outline.cells * depth.x.hypot(depth.y) + raw * depth.z.abs()
-                }
-            };
-            if nearer >= near {
-                return f64::INFINITY;
-            }
-            let pixels = (outline.cells * self.view.spread_of_cells(least, most) + raw * spread) / (near - nearer);
-            urgency.max(pixels / (2.0 * self.tolerance))
-        };
-        // 0/0: τ = 0 and a vertical view, in which no error shows but for rounding.
-        if urgency.is_nan() { f64::INFINITY } else { urgency }
+        let urgent = |pixels: f64, at: f64| if pixels == 0.0 { 0.0 } else { pixels / (at * self.tolerance) };
+        // Outlines are those of r_min up to e = 1/2.
+        urgent(error, COMPLETE).max(urgent(outline, 2.0))
     }
 }
 

@@ -50,7 +50,7 @@ use super::frustum::Frustum;
 use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::Side;
 use super::pyramid::MinMaxPyramid;
-use super::selection::{Demand, Metric};
+use super::selection::{ActivePatch, Demand, Metric};
 
 /// A camera in the lattice coordinates of one map: linear functions of (u, v, w, 1).
 #[derive(Debug, Clone, PartialEq)]
@@ -178,6 +178,27 @@ impl PixelError<'_> {
         std::array::from_fn(|side| corners[side].min(corners[(side + 1) % 4]).min(center) + below)
     }
 
+    /// How many pixels what is drawn on the four sides of an active patch may be off: the smallest tolerance, up to rounding, with
+    /// which [`Metric::demand`] would be content with these resolutions. Infinite where there is no bound; 0 out of view. Does not
+    /// depend on [`PixelError::tolerance`].
+    #[must_use]
+    pub fn pixels(&self, tree: &Hierarchy, patch: ActivePatch) -> [f64; 4] {
+        let ActivePatch { id, sides } = patch;
+        let [low, high] = self.pyramid.patch_box(tree, id);
+        if self.view.frustum.excludes(low, high) {
+            return [0.0; 4];
+        }
+        let reach = self.reach(tree, id, low, high);
+        Side::ALL.map(|side| {
+            let k = sides[side as usize];
+            let error = self.errors.get(tree, id, side, k);
+            let off = self.errors.coverage().map_or(Displacement::default(), |c| c.get(tree, id, side, k));
+            let outline =
+                if off == Displacement::default() { off } else { Displacement { raw: off.raw + error, ..off } };
+            reach.pixels_vertical(side, error).max(reach.pixels(side, outline))
+        })
+    }
+
     /// What decides how far a displacement is seen on the four sides of a patch.
     fn reach(&self, tree: &Hierarchy, patch: PatchId, low: DVec3, high: DVec3) -> Reach {
         let LatticeView { right, up, depth, projection, .. } = self.view;
@@ -214,10 +235,30 @@ struct Reach {
 }
 
 impl Reach {
+    /// Pixels as which a vertical error is seen at most: both of its ends lie in the box.
+    fn pixels_vertical(&self, side: Side, error: f64) -> f64 {
+        pixels_of(error * self.per_raw, self.depths[side as usize])
+    }
+
+    /// Pixels as which a displacement is seen at most; its end may lie nearer than the box.
+    fn pixels(&self, side: Side, Displacement { cells, raw }: Displacement) -> f64 {
+        let depth = self.depths[side as usize] - cells * self.nearer[0] - raw * self.nearer[1];
+        pixels_of(cells * self.per_cell + raw * self.per_raw, depth)
+    }
+
     /// Whether a displacement is seen as at most `tolerance` pixels.
     fn allows(&self, side: Side, Displacement { cells, raw }: Displacement, tolerance: f64) -> bool {
         let depth = self.depths[side as usize] - cells * self.nearer[0] - raw * self.nearer[1];
         depth > 0.0 && cells * self.per_cell + raw * self.per_raw <= tolerance * depth
+    }
+}
+
+/// Pixels from pixels times depth, at this depth or further away: no bound beside and behind the eye, but for nothing.
+pub(super) fn pixels_of(times_depth: f64, depth: f64) -> f64 {
+    match depth > 0.0 {
+        _ if times_depth == 0.0 => 0.0,
+        true => times_depth / depth,
+        false => f64::INFINITY,
     }
 }
 
