@@ -340,3 +340,109 @@ fn normal_maps_turn_the_light() {
         assert!((got - want).abs() < 2e-3, "{got} is not {want} for {normal} under {direction}");
     }
 }
+
+/// Waves of 32 × 16 samples that repeat, 16 bits; and what they are, 0..1.
+fn waves() -> (Image, impl Fn(u32, u32) -> f64) {
+    let wave = |c: u32, r: u32| {
+        let (x, y) = (f64::from(c % 32) / 32.0, f64::from(r % 16) / 16.0);
+        let turn = std::f64::consts::TAU;
+        let height = 0.5 + 0.2 * (turn * x).sin() + 0.15 * (turn * (y + 2.0 * x)).cos();
+        (height * 65_535.0).round()
+    };
+    let samples = (0..32 * 16).map(|i| wave(i % 32, i / 32) as u16).collect();
+    (Image::new(32, 16, Pixels::Gray16(samples)).unwrap(), move |c, r| wave(c, r) / 65_535.0)
+}
+
+/// Ground in white light from a direction, roughened by a node whose image is on its unit, with linear filters.
+fn roughened(light: DVec3, image: impl Into<Arc<Image>>, unit: u32, rough: impl Node) -> Scene {
+    let image = image.into();
+    ground(|add| {
+        add(Box::new(DirectionalLight { direction: light, ..Default::default() }));
+        let black = Color::BLACK;
+        add(Box::new(Material { ambient_color: black, diffuse_color: Color::WHITE, ..Default::default() }));
+        add(Box::new(Complexity { texture_quality: 0.6, ..Default::default() }));
+        add(Box::new(TextureUnit { unit }));
+        add(Box::new(Texture2::from_image(image)));
+        add(Box::new(rough));
+    })
+}
+
+/// Light on waves of a bump map: central differences of its heights, bilinear between texels, over the slopes of the map.
+#[test]
+fn bump_maps_are_slopes_of_their_heights() {
+    let (image, wave) = waves();
+    let image = Arc::new(image);
+    let light = DVec3::new(0.6, 0.3, -1.0);
+    for (size, height) in [(600.0, 30.0), (450.0, -12.0)] {
+        let scene = roughened(light, Arc::clone(&image), 8, BumpMap { size, height, ..Default::default() });
+        let (mut sum, mut turned, mut count) = (0.0, 0.0, 0);
+        each_pixel(&scene, |hit, got, at| {
+            // Rows run south from the north-west corner.
+            let place =
+                DVec2::new(hit.object_point.x / size * 32.0 - 0.5, (400.0 - hit.object_point.y) / size * 16.0 - 0.5);
+            let (low, share) = (place.floor(), place - place.floor());
+            let slope = |c: u32, r: u32| {
+                let along = 0.5 * (wave(c + 1, r) - wave(c + 31, r)) * height * 32.0 / size;
+                let down = 0.5 * (wave(c, r + 1) - wave(c, r + 15)) * height * 16.0 / size;
+                DVec2::new(along, -down)
+            };
+            let texel = |dc: u32, dr: u32| slope((low.x + 64.0) as u32 + dc, (low.y + 64.0) as u32 + dr);
+            let north = texel(0, 0).lerp(texel(1, 0), share.x);
+            let south = texel(0, 1).lerp(texel(1, 1), share.x);
+            let bump = north.lerp(south, share.y);
+            let smooth = hit.smooth_normal.normalize();
+            let normal = (smooth / smooth.z - bump.extend(0.0)).normalize();
+            let want = normal.dot(-light.normalize()).max(0.0) as f32;
+            // The map's own normals are smoothed where they are seen from far away.
+            assert_near(got, [want; 3], 0.05, at);
+            sum += f64::from((got[0] - want).abs());
+            turned += f64::from(want - smooth.dot(-light.normalize()).max(0.0) as f32).abs();
+            count += 1;
+        });
+        let (mean, turned) = (sum / f64::from(count), turned / f64::from(count));
+        println!("light is off by {mean} on the mean; bumps change it by {turned}");
+        assert!(mean < 0.004 && turned > 3.0 * mean, "{mean} {turned}");
+    }
+}
+
+/// Normals made of the same slopes by whoever draws a normal map give the same light, but for their 8 bits.
+#[test]
+fn a_bump_map_is_the_normal_map_of_its_slopes() {
+    let (image, wave) = waves();
+    let (size, height) = (300.0, 10.0);
+    let normals = (0..32 * 16u32).map(|i| {
+        let (c, r) = (i % 32, i / 32);
+        let east = 0.5 * (wave(c + 1, r) - wave(c + 31, r)) * height * 32.0 / size;
+        let north = -0.5 * (wave(c, r + 1) - wave(c, r + 15)) * height * 16.0 / size;
+        let normal = DVec3::new(-east, -north, 1.0).normalize();
+        let [x, y, z] = normal.to_array().map(|n| ((n * 0.5 + 0.5) * 255.0).round() as u8);
+        [x, y, z, 255]
+    });
+    let normals = Image::new(32, 16, Pixels::Rgba8(normals.collect())).unwrap();
+    let light = DVec3::new(-0.4, 0.5, -1.0);
+    let pictures = [
+        roughened(light, image, 8, BumpMap { size, height, ..Default::default() }),
+        roughened(light, normals, 7, NormalMap { size, ..Default::default() }),
+        roughened(light, random_image(&mut Rng(1), 2, 2), 8, NormalMap { on: false, ..Default::default() }),
+    ]
+    .map(|scene| linear().draw(&RenderAction::new(SIZE[0], SIZE[1]).apply(&scene).unwrap()));
+    let [bumps, normals, smooth] = &pictures;
+    let (mut most, mut changed) = (0.0f32, 0);
+    for ((a, b), c) in bumps.texels.iter().zip(&normals.texels).zip(&smooth.texels) {
+        most = most.max((a[0] - b[0]).abs());
+        changed += u32::from((a[0] - c[0]).abs() > 0.02);
+    }
+    // A component of 8 bits is off by up to 1/255 of two units' length, the light by the sum over three.
+    assert!(most < 3.0 / 255.0, "{most}");
+    assert!(changed > 1000, "{changed}");
+}
+
+#[test]
+fn a_missing_bump_map_is_named() {
+    let scene = ground(|add| {
+        add(Box::<DirectionalLight>::default());
+        add(Box::<BumpMap>::default());
+    });
+    let error = RenderAction::new(8, 8).apply(&scene).unwrap_err().to_string();
+    assert!(error.contains("bump map") && error.contains("unit 8") && error.contains("Texture2"), "{error}");
+}

@@ -330,6 +330,25 @@ fn pairs() -> Vec<Pair> {
             changes: |hit| (hit.uv.x > 0.501 && hit.smooth_normal.normalize().z > 0.5).then_some(true),
         },
         Pair {
+            effect: "bump-map",
+            brings: &[],
+            words: &["bump", "rough +="],
+            without: sun,
+            with: |b| {
+                sun(b);
+                // Rises eastwards up to the middle and falls again.
+                let rise = (0..16u16).map(|i| i.min(16 - i) * 8000).collect();
+                b.add(TextureUnit { unit: 8 });
+                b.add(Texture2::from_image(Image::new(16, 1, Pixels::Gray16(rise)).unwrap()));
+                b.add(BumpMap { size: 1.0, height: 0.5, ..Default::default() });
+            },
+            // But for the level tops; what is turned away from the light may stay so.
+            changes: |hit| {
+                let slope = |texels: f64| (hit.uv.x * 16.0 - texels).abs() > 1.1;
+                (slope(0.5) && slope(8.5) && slope(16.5) && hit.smooth_normal.normalize().z > 0.9).then_some(true)
+            },
+        },
+        Pair {
             effect: "shadow",
             brings: &[],
             words: &["shadow_depths", "shadow_share", "surface.share"],

@@ -25,8 +25,7 @@ fn land(void: impl Fn(u32, u32) -> bool) -> Image {
         let hills = 0.4 + 0.25 * (f64::from(c) * 0.31).sin() + 0.2 * (f64::from(r) * 0.23).cos();
         (hills * 40_000.0 + rng.range(0.0, 3000.0)) as u16
     };
-    let samples =
-        (0..45 * 38).map(|i| (i % 45, i / 45)).map(|(c, r)| if void(c, r) { u16::MAX } else { height(c, r) });
+    let samples = (0..45 * 38).map(|i| (i % 45, i / 45)).map(|(c, r)| if void(c, r) { u16::MAX } else { height(c, r) });
     Image::new(45, 38, Pixels::Gray16(samples.collect())).unwrap()
 }
 
@@ -175,11 +174,7 @@ fn each_pixel_shows_what_its_part_is_off() {
             complexity: 0.5,
             unit: 2.0,
         },
-        Look {
-            node: SeamlessTerrain { morph: true, ..with(DetailMode::PixelError(2.0)) },
-            complexity: 0.5,
-            unit: 2.0,
-        },
+        Look { node: SeamlessTerrain { morph: true, ..with(DetailMode::PixelError(2.0)) }, complexity: 0.5, unit: 2.0 },
         Look {
             node: SeamlessTerrain { morph: true, voids: VoidMode::Hole, ..with(DetailMode::Precision(1.0)) },
             complexity: 0.5,

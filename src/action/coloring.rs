@@ -2,7 +2,7 @@
 
 use glam::{DAffine2, DAffine3, DMat2, DVec2, DVec3, Vec3};
 
-use super::frame::{ColorMap, Coloring, ContourStyle, DetailMaps, RampMap, Relief, TerrainDraw};
+use super::frame::{Bump, ColorMap, Coloring, ContourStyle, DetailMaps, RampMap, Relief, TerrainDraw};
 use super::{DrawContext, ShapeError, inverse};
 use crate::node::{LightingModel, RampBy, Role, TextureFilter, Wrap};
 use crate::terrain::LatticeLight;
@@ -92,6 +92,21 @@ impl DrawContext<'_> {
                 })
             }
         };
+        let bump = match state.bump_map.as_ref().filter(|_| lit && z_step != 0.0) {
+            None => None,
+            Some(bumps) => {
+                let map = self.color_map(bumps.unit)?;
+                let map = map.ok_or(ShapeError::NoTexture { unit: bumps.unit, what: "the bump map" })?;
+                // Rows of the image and of the map both run south.
+                let tiles = cell.abs() / bumps.size;
+                let texels = DVec2::new(map.image.width().into(), map.image.height().into());
+                Some(Bump {
+                    map: ColorMap { wrap: [Wrap::Repeat; 2], ..map },
+                    tiles: tiles.as_vec2(),
+                    raw_per_texel: (tiles * texels * bumps.height / z_step).as_vec2(),
+                })
+            }
+        };
         let moved = terrain.color_map.as_ref().and_then(|_| state.texture_transform(state.program.color_unit));
         let color_uv = moved.map(|(transform, _)| {
             // (column, row) to (s, t), t upwards; moved; and back to rows that run down.
@@ -106,7 +121,7 @@ impl DrawContext<'_> {
             // A relief that is next to nothing throws no shadow, and neither does one that is flattened.
             towards.is_finite().then_some(LatticeLight { towards, upwards: z_step > 0.0 })
         });
-        Ok(Coloring { ramp, contours, detail, relief, shadow, color_uv })
+        Ok(Coloring { ramp, contours, detail, relief, bump, shadow, color_uv })
     }
 
     /// The lowest and the highest local z of the shape.

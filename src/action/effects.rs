@@ -92,6 +92,7 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "contours",          |e| on(e.contours),       |s| by(&[Aspect::ContourLines], s);
     "detail-textures",   |e| on(e.detail_textures), |s| by(&[Aspect::DetailTextures], s);
     "normal-map",        |e| on(e.normal_map),     |s| by(&[Aspect::NormalMap], s);
+    "bump-map",          |e| on(e.bump_map),       |s| by(&[Aspect::BumpMap], s);
     "shadow",            |e| on(e.shadow),         |s| vec![s.shadow_light().map(|(_, light)| light.visit)];
     "clip-plane",        |e| e.clip_planes,        |s| s.clip_planes.iter().map(|plane| Some(plane.visit)).collect();
     "two-sided",         |e| on(e.two_sided),      |s| by(&[Aspect::ShapeHints], s);

@@ -248,6 +248,8 @@ pub struct Coloring {
     pub detail: Option<Box<DetailMaps>>,
     /// Normals that roughen the light.
     pub relief: Option<Relief>,
+    /// Small heights that roughen the light.
+    pub bump: Option<Bump>,
     /// The light that throws a shadow of the terrain on itself.
     pub shadow: Option<LatticeLight>,
     /// Where the colour map is looked up, if not edge to edge: rows that take (column, row, 1) to texture coordinates, rows
@@ -290,6 +292,17 @@ pub struct Relief {
     pub tiles: Vec2,
     /// Takes local slopes to raw gradients, along columns and rows.
     pub raw_per_slope: Vec2,
+}
+
+/// Small heights that roughen the light on a terrain.
+#[derive(Debug, Clone)]
+pub struct Bump {
+    /// The heights.
+    pub map: ColorMap,
+    /// How often they repeat per cell, along columns and rows.
+    pub tiles: Vec2,
+    /// Takes differences of intensity, 0..1, from texel to texel to raw gradients, along columns and rows.
+    pub raw_per_texel: Vec2,
 }
 
 /// Four textures that cover a terrain where a mask says.
@@ -450,6 +463,8 @@ pub struct Effects {
     pub color_map: bool,
     /// Whether an image of normals roughens the light.
     pub normal_map: bool,
+    /// Whether an image of small heights roughens the light.
+    pub bump_map: bool,
     /// Whether a terrain lies in its own shadow.
     pub shadow: bool,
     /// Filled, or with edges, or corners alone. [`Style::Invisible`] is not drawn at all.
@@ -499,6 +514,7 @@ impl Effects {
             ramp: self.ramp.filter(|_| plain),
             contours: self.contours && plain,
             normal_map: self.normal_map && lit,
+            bump_map: self.bump_map && lit,
             shadow: self.shadow && self.directional_lights > 0,
             detail_textures: self.detail_textures && plain,
             transparency: self.transparency && plain,

@@ -37,9 +37,9 @@ pub use cameras::Cameras;
 pub use effects::{DrawEffects, EFFECTS, EffectInfo};
 pub use error::{ActionError, ShapeError};
 pub use frame::{
-    Attenuation, ColorMap, Coloring, Cone, ContourStyle, DebugColor, DepthOffset, DetailMaps, Draw, ERROR_STOPS, Effects,
-    Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, RampMap, Relief, Sky, Statistics, Strokes,
-    SurfaceMaterial, TerrainDraw, error_color, linear_color, linear_from_srgb,
+    Attenuation, Bump, ColorMap, Coloring, Cone, ContourStyle, DebugColor, DepthOffset, DetailMaps, Draw, ERROR_STOPS,
+    Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, RampMap, Relief, Sky, Statistics,
+    Strokes, SurfaceMaterial, TerrainDraw, error_color, linear_color, linear_from_srgb,
 };
 pub use ground::GroundPoint;
 pub(crate) use index::{Index, IndexCache};

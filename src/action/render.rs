@@ -377,6 +377,7 @@ impl DrawContext<'_> {
             color_map_transform: coloring.color_uv.is_some(),
             ramp: state.color_ramp.as_ref().filter(|_| coloring.ramp.is_some()).map(|ramp| ramp.by),
             normal_map: coloring.relief.is_some(),
+            bump_map: coloring.bump.is_some(),
             shadow: coloring.shadow.is_some(),
             contours: coloring.contours.is_some(),
             detail_textures: coloring.detail.is_some(),

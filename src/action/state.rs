@@ -10,8 +10,8 @@ use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3, Vec3};
 
 use super::{ActionError, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
 use crate::node::{
-    Background, Binding, ColorRamp, Complexity, ContourLines, DetailTextures, DrawStyle, Environment, LightModel, List,
-    Material, NormalMap, PickStyleKind, PolygonOffset, ShapeHints, Wrap,
+    Background, Binding, BumpMap, ColorRamp, Complexity, ContourLines, DetailTextures, DrawStyle, Environment,
+    LightModel, List, Material, NormalMap, PickStyleKind, PolygonOffset, ShapeHints, Wrap,
 };
 use crate::scene::{Image, NodeKey, Path, Scene};
 
@@ -62,6 +62,8 @@ pub struct State {
     pub light_model: LightModel,
     /// Normals that roughen the light.
     pub normal_map: Option<Arc<NormalMap>>,
+    /// Small heights that roughen the light.
+    pub bump_map: Option<Arc<BumpMap>>,
     /// How faces are drawn.
     pub draw_style: DrawStyle,
     /// Colours by height or slope.
@@ -110,6 +112,7 @@ impl Default for State {
             environment: Environment::default(),
             light_model: LightModel::default(),
             normal_map: None,
+            bump_map: None,
             draw_style: DrawStyle::default(),
             color_ramp: None,
             contour_lines: None,
@@ -340,6 +343,8 @@ pub enum Aspect {
     DrawStyle,
     /// Normals that roughen the light.
     NormalMap,
+    /// Small heights that roughen the light.
+    BumpMap,
     /// Which sides of faces are seen.
     ShapeHints,
 }

@@ -13,6 +13,7 @@
 
 mod background;
 mod base_color;
+mod bump_map;
 mod camera;
 mod color_ramp;
 mod complexity;
@@ -53,6 +54,7 @@ use glam::{DVec2, DVec3};
 
 pub use background::Background;
 pub use base_color::BaseColor;
+pub use bump_map::BumpMap;
 pub use camera::{CameraFields, OrthographicCamera, PerspectiveCamera};
 pub(crate) use color_ramp::mix_stops;
 pub use color_ramp::{ColorRamp, RAMP_STOPS, Ramp, RampBy};

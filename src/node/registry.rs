@@ -27,6 +27,7 @@ const BUILT_IN: &[&NodeInfo] = &[
     super::BaseColor::INFO,
     super::ClipPlane::INFO,
     super::ColorRamp::INFO,
+    super::BumpMap::INFO,
     super::Complexity::INFO,
     super::Cone::INFO,
     super::ContourLines::INFO,

@@ -20,10 +20,12 @@ pub(super) enum Slot {
     NormalMap,
     NormalMapSampler,
     Shadow,
+    BumpMap,
+    BumpMapSampler,
 }
 
 impl Slot {
-    pub(super) const ALL: [Slot; 15] = [
+    pub(super) const ALL: [Slot; 17] = [
         Slot::Heights,
         Slot::Gradients,
         Slot::GradientSampler,
@@ -39,6 +41,8 @@ impl Slot {
         Slot::NormalMap,
         Slot::NormalMapSampler,
         Slot::Shadow,
+        Slot::BumpMap,
+        Slot::BumpMapSampler,
     ];
 
     pub(super) fn binding(self) -> u32 {
@@ -53,6 +57,7 @@ impl Slot {
                 | Slot::DetailMaskSampler
                 | Slot::DetailTextureSampler
                 | Slot::NormalMapSampler
+                | Slot::BumpMapSampler
         )
     }
 
@@ -72,6 +77,7 @@ impl Slot {
             | Slot::DetailTextureSampler => e.detail_textures,
             Slot::NormalMap | Slot::NormalMapSampler => e.normal_map,
             Slot::Shadow => e.shadow,
+            Slot::BumpMap | Slot::BumpMapSampler => e.bump_map,
         }
     }
 

@@ -16,7 +16,7 @@ use super::shader::{Variant, encodes};
 use super::targets::Targets;
 use super::textures::{Gpu, Textures};
 use super::timer::Timer;
-use super::uniforms::{self, STRIP_COLOR, TILE_COLOR};
+use super::uniforms::{self, Factors, STRIP_COLOR, TILE_COLOR};
 use crate::action::{DebugColor, Draw, Frame, Geometry, GeometryKind, Mesh};
 use crate::terrain::{Instance, LooseVertex, Parts, PatchWeights, Resolutions};
 
@@ -373,7 +373,7 @@ impl Renderer {
                 shader_bytes: variant.text()?.len() as u64,
                 texture_bytes: Slot::of(&variant).map(|slot| self.textures.held(draw, slot)).sum(),
                 buffer_bytes,
-                uniform_bytes: uniforms::write(&variant, draw, draw.material.diffuse, 1.0, &mut uniforms),
+                uniform_bytes: uniforms::write(&variant, draw, draw.material.diffuse, Factors::ONE, &mut uniforms),
             })
         };
         frame.draws.iter().map(cost).collect()
@@ -417,10 +417,7 @@ impl Renderer {
             Some(layout) => Some(self.bind_textures(gpu, &variant, draw, layout)?),
             None => None,
         };
-        let gradient_factor = match &draw.geometry {
-            Geometry::Terrain(terrain) if variant.gradients() => self.textures.gradients(gpu, &terrain.heights)?.factor,
-            _ => 1.0,
-        };
+        let factors = self.textures.factors(gpu, draw, &variant)?;
         let scratch = &mut self.scratch;
         let geometry = match &draw.geometry {
             Geometry::Terrain(terrain) if variant.effects.geometry.is_loose() => {
@@ -450,7 +447,7 @@ impl Renderer {
         };
         let mut uniform_size = 0;
         let mut add = |color: Vec3| {
-            let write = |bytes: &mut Vec<u8>| uniforms::write(&variant, draw, color, gradient_factor, bytes);
+            let write = |bytes: &mut Vec<u8>| uniforms::write(&variant, draw, color, factors, bytes);
             let offset;
             (offset, uniform_size) = self.scratch.add_uniforms(gpu, write);
             offset

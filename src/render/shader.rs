@@ -17,7 +17,13 @@ pub(super) struct Variant {
 impl Variant {
     pub(super) fn new(effects: &Effects, format: wgpu::TextureFormat) -> Result<Self, RenderError> {
         let e = effects;
-        let colors = e.color_map || e.ramp.is_some() || e.contours || e.detail_textures || e.normal_map || e.shadow;
+        let colors = e.color_map
+            || e.ramp.is_some()
+            || e.contours
+            || e.detail_textures
+            || e.normal_map
+            || e.bump_map
+            || e.shadow;
         if !e.geometry.is_terrain() && (colors || e.debug_color != DebugColor::Plain) {
             return Err(RenderError::Effects(
                 "maps, ramps, lines, shadows and colours for study are for terrains alone",
@@ -162,12 +168,13 @@ pub(super) fn encodes(format: wgpu::TextureFormat) -> bool {
     !format.is_srgb() && !floats
 }
 
-const MODULES: [(&str, &str); 19] = [
+const MODULES: [(&str, &str); 20] = [
     ("fog", include_str!("../../shaders/fog.wesl")),
     ("ramp", include_str!("../../shaders/ramp.wesl")),
     ("contours", include_str!("../../shaders/contours.wesl")),
     ("detail_textures", include_str!("../../shaders/detail_textures.wesl")),
     ("normal_map", include_str!("../../shaders/normal_map.wesl")),
+    ("bump_map", include_str!("../../shaders/bump_map.wesl")),
     ("shadow", include_str!("../../shaders/shadow.wesl")),
     ("edges", include_str!("../../shaders/edges.wesl")),
     ("clip", include_str!("../../shaders/clip.wesl")),

@@ -9,6 +9,8 @@ use super::bindings::Slot;
 use super::cache::{Cache, PATIENCE};
 use super::error::guarded;
 use super::mips::{ColorHalver, Level, full_chain, half_data, half_gradients};
+use super::shader::Variant;
+use super::uniforms::Factors;
 use crate::action::{ColorMap, Draw, Geometry};
 use crate::node::{TextureFilter, Wrap};
 use crate::scene::Image;
@@ -66,8 +68,18 @@ impl SamplerKey {
 struct ImageKey {
     image: u64,
     mipmaps: bool,
-    /// Numbers as they are, not colours in sRGB.
-    data: bool,
+    stored: Stored,
+}
+
+/// What of an image is on the device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Stored {
+    /// Colours in sRGB.
+    Colors,
+    /// Numbers as they are.
+    Data,
+    /// Differences of the intensity from texel to texel, as half floats.
+    Slopes,
 }
 
 impl ImageKey {
@@ -75,13 +87,17 @@ impl ImageKey {
         Self {
             image: map.image.id(),
             mipmaps: map.filter.mipmaps,
-            data: matches!(slot, Slot::DetailMask | Slot::NormalMap),
+            stored: match slot {
+                Slot::DetailMask | Slot::NormalMap => Stored::Data,
+                Slot::BumpMap => Stored::Slopes,
+                _ => Stored::Colors,
+            },
         }
     }
 
     /// A number for each.
     fn bits(self) -> u64 {
-        self.image << 2 | u64::from(self.mipmaps) << 1 | u64::from(self.data)
+        self.image << 3 | u64::from(self.mipmaps) << 2 | self.stored as u64
     }
 }
 
@@ -94,6 +110,7 @@ fn image_in(draw: &Draw, slot: Slot) -> Option<&ColorMap> {
         (Slot::DetailMask | Slot::DetailMaskSampler, _) => detail.map(|detail| &detail.mask),
         (Slot::DetailTexture0 | Slot::DetailTextureSampler, _) => texture(0),
         (Slot::NormalMap | Slot::NormalMapSampler, _) => draw.coloring.relief.as_ref().map(|relief| &relief.map),
+        (Slot::BumpMap | Slot::BumpMapSampler, _) => draw.coloring.bump.as_ref().map(|bump| &bump.map),
         (Slot::DetailTexture1, _) => texture(1),
         (Slot::DetailTexture2, _) => texture(2),
         (Slot::DetailTexture3, _) => texture(3),
@@ -190,30 +207,52 @@ impl Textures {
             let levels = full_chain(size[0], size[1]);
             // The texture first: a map that is too large is refused before gradients are computed.
             let texture = create(gpu.device, "a height map", wgpu::TextureFormat::Rg16Float, size, levels)?;
-            let (mut level, factor) = gradients(field);
-            upload(gpu, &texture, 0, bytemuck::cast_slice(&level.texels), uploaded)?;
-            for index in 1..levels {
-                level = half_gradients(&level);
-                upload(gpu, &texture, index, bytemuck::cast_slice(&level.texels), uploaded)?;
-            }
+            let (level, factor) = gradients(field);
+            upload_gradients(gpu, &texture, level, uploaded)?;
             Ok(finish(&texture, factor))
         })
     }
 
-    /// An image as colours or as numbers; with smaller copies if asked for.
+    /// What takes the gradients that a draw reads to those that were meant.
+    pub(super) fn factors(&mut self, gpu: Gpu<'_>, draw: &Draw, variant: &Variant) -> Result<Factors, RenderError> {
+        let mut factors = Factors::ONE;
+        if let Geometry::Terrain(terrain) = &draw.geometry
+            && variant.gradients()
+        {
+            factors.gradients = self.gradients(gpu, &terrain.heights)?.factor;
+        }
+        if let Some(map) = image_in(draw, Slot::BumpMap)
+            && variant.effects.bump_map
+        {
+            factors.bump = self.colors(gpu, &map.image, ImageKey::new(map, Slot::BumpMap))?.factor;
+        }
+        Ok(factors)
+    }
+
+    /// An image as colours, numbers or slopes; with smaller copies if asked for.
     fn colors(&mut self, gpu: Gpu<'_>, image: &Image, key: ImageKey) -> Result<&Texture, RenderError> {
         let uploaded = &mut self.uploaded;
         self.colors.get(key, gpu.frame, || {
             let (width, height) = (image.width(), image.height());
             let levels = if key.mipmaps { full_chain(width, height) } else { 1 };
-            let format = if key.data { wgpu::TextureFormat::Rgba8Unorm } else { wgpu::TextureFormat::Rgba8UnormSrgb };
-            let texture = create(gpu.device, "a colour map", format, [width, height], levels)?;
+            let create = |format| create(gpu.device, "a colour map", format, [width, height], levels);
+            let format = match key.stored {
+                Stored::Slopes => {
+                    let texture = create(wgpu::TextureFormat::Rg16Float)?;
+                    let (level, factor) = slopes(image);
+                    upload_gradients(gpu, &texture, level, uploaded)?;
+                    return Ok(finish(&texture, factor));
+                }
+                Stored::Data => wgpu::TextureFormat::Rgba8Unorm,
+                Stored::Colors => wgpu::TextureFormat::Rgba8UnormSrgb,
+            };
+            let texture = create(format)?;
             let mut level = Level { width, height, texels: image.rgba8() };
             upload(gpu, &texture, 0, bytemuck::cast_slice(&level.texels), uploaded)?;
             if levels > 1 {
                 let halver = ColorHalver::new();
                 for index in 1..levels {
-                    level = if key.data { half_data(&level) } else { halver.half(&level) };
+                    level = if key.stored == Stored::Data { half_data(&level) } else { halver.half(&level) };
                     upload(gpu, &texture, index, bytemuck::cast_slice(&level.texels), uploaded)?;
                 }
             }
@@ -390,6 +429,22 @@ fn upload(
     })
 }
 
+/// All levels of a texture of gradients, from its first.
+fn upload_gradients(
+    gpu: Gpu<'_>,
+    texture: &wgpu::Texture,
+    mut level: Level<[f16; 2]>,
+    uploaded: &mut u64,
+) -> Result<(), RenderError> {
+    for index in 0..texture.mip_level_count() {
+        if index > 0 {
+            level = half_gradients(&level);
+        }
+        upload(gpu, texture, index, bytemuck::cast_slice(&level.texels), uploaded)?;
+    }
+    Ok(())
+}
+
 fn finish(texture: &wgpu::Texture, factor: f32) -> Texture {
     let texel = texture.format().block_copy_size(None).unwrap_or(4);
     let bytes = (0..texture.mip_level_count())
@@ -400,22 +455,44 @@ fn finish(texture: &wgpu::Texture, factor: f32) -> Texture {
 }
 
 /// Gradients at all samples as half floats, and the factor that takes them back to raw units.
-///
-/// Half floats reach from 6·10⁻⁸ to 65504. No gradient is larger than the range of the samples, so the gradients are scaled
-/// by the power of two that takes the range to between 2¹⁴ and 2¹⁵: nothing overflows, and 2⁻³⁸ of the range is still there.
 fn gradients(field: &HeightField) -> (Level<[f16; 2]>, f32) {
     let [low, high] = range(field.samples());
-    let span = high - low;
+    halves([field.columns(), field.rows()], high - low, |c, r| field.gradient(c, r))
+}
+
+/// Central differences of the intensities of an image that repeats, per texel along columns and rows, as half floats, and the
+/// factor that takes them back.
+fn slopes(image: &Image) -> (Level<[f16; 2]>, f32) {
+    let (width, height) = (image.width(), image.height());
+    let intensities = image.intensities();
+    let bounds = intensities.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], &v| [a.min(v), b.max(v)]);
+    let at = |c: u32, r: u32| {
+        let place = (r % height) as usize * width as usize + (c % width) as usize;
+        f64::from(intensities.get(place).copied().unwrap_or(0.0))
+    };
+    halves([width, height], f64::from(bounds[1]) - f64::from(bounds[0]), |c, r| {
+        [0.5 * (at(c + 1, r) - at(c + width - 1, r)), 0.5 * (at(c, r + 1) - at(c, r + height - 1))]
+    })
+}
+
+/// Gradients as half floats, and the factor that takes them back to what they were. None of them is larger than `span`.
+///
+/// Half floats reach from 6·10⁻⁸ to 65504. The gradients are scaled by the power of two that takes the span to between 2¹⁴ and 2¹⁵:
+/// nothing overflows, and 2⁻³⁸ of the span is still there.
+fn halves(
+    [width, height]: [u32; 2],
+    span: f64,
+    gradient: impl Fn(u32, u32) -> [f64; 2] + Sync,
+) -> (Level<[f16; 2]>, f32) {
     // f32 holds the factor and its inverse.
     let exponent = if span > 0.0 { (span.log2().floor() as i32).clamp(-110, 127) } else { 14 };
     let scale = 2f64.powi(14 - exponent);
-    let (width, height) = (field.columns(), field.rows());
     let mut texels = vec![[f16::ZERO; 2]; width as usize * height as usize];
     texels.par_chunks_mut(width as usize).zip(0..height).for_each_init(
         || Vec::with_capacity(2 * width as usize),
         |row, (stored, r)| {
             row.clear();
-            row.extend((0..width).flat_map(|c| field.gradient(c, r)).map(|g| (g * scale) as f32));
+            row.extend((0..width).flat_map(|c| gradient(c, r)).map(|g| (g * scale) as f32));
             // A row at once: processors have an instruction for that.
             stored.as_flattened_mut().convert_from_f32_slice(row);
         },

@@ -71,8 +71,22 @@ pub(super) fn write_sky(sky: &Sky, out: &mut Vec<u8>) -> u64 {
     (out.len() - start) as u64
 }
 
-/// Appends the uniforms of a draw; returns how many bytes they are. `gradient_factor` takes stored gradients to raw ones.
-pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_factor: f32, out: &mut Vec<u8>) -> u64 {
+/// What takes stored gradients to those that were meant.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Factors {
+    /// Those of the map.
+    pub gradients: f32,
+    /// Those of the small heights on it.
+    pub bump: f32,
+}
+
+impl Factors {
+    /// They are stored as they are.
+    pub(super) const ONE: Self = Self { gradients: 1.0, bump: 1.0 };
+}
+
+/// Appends the uniforms of a draw; returns how many bytes they are.
+pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, factors: Factors, out: &mut Vec<u8>) -> u64 {
     let start = out.len();
     let mut w = Writer(out);
     w.mat4(&draw.clip_from_rel);
@@ -89,7 +103,7 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
         let ([u, v], raw) = terrain.anchor;
         let [cells_u, cells_v] = terrain.heights.cells();
         w.uvec4(UVec4::new(u, v, cells_u, cells_v));
-        w.vec4(Vec4::new(raw, gradient_factor, 0.0, 0.0));
+        w.vec4(Vec4::new(raw, factors.gradients, 0.0, 0.0));
         if e.morph {
             w.uvec4(UVec4::new(terrain.parts.resolutions().max(), 0, 0, 0));
         }
@@ -126,6 +140,10 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
     if e.normal_map {
         let (tiles, raw) = coloring.relief.as_ref().map_or((Vec2::ONE, Vec2::ZERO), |r| (r.tiles, r.raw_per_slope));
         w.vec4(Vec4::new(tiles.x, tiles.y, raw.x, raw.y));
+    }
+    if e.bump_map {
+        let (tiles, raw) = coloring.bump.as_ref().map_or((Vec2::ONE, Vec2::ZERO), |b| (b.tiles, b.raw_per_texel));
+        w.vec4(Vec4::new(tiles.x, tiles.y, raw.x * factors.bump, raw.y * factors.bump));
     }
     if variant.strokes() {
         let dots = matches!(&draw.geometry, Geometry::Strokes(strokes) if strokes.dots);

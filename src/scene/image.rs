@@ -312,6 +312,15 @@ impl Image {
         Ok(())
     }
 
+    /// Heights as [`Image::height_field`] reads them, 0..1 for pixels of integers; what is no number is 0.
+    #[cfg(feature = "render")]
+    pub(crate) fn intensities(&self) -> Vec<f32> {
+        match self.pixels.samples(None).0 {
+            Samples::U16(samples) => samples.into_iter().map(|v| f32::from(v) / 65_535.0).collect(),
+            Samples::F32(samples) => samples.into_iter().map(|v| if v.is_finite() { v } else { 0.0 }).collect(),
+        }
+    }
+
     /// The picture as 8-bit sRGB with alpha, for a colour texture.
     #[must_use]
     pub fn rgba8(&self) -> Vec<[u8; 4]> {

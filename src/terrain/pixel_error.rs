@@ -185,7 +185,9 @@ impl PixelError<'_> {
     pub fn pixels(&self, tree: &Hierarchy, patch: ActivePatch) -> [f64; 4] {
         let ActivePatch { id, sides } = patch;
         let [low, high] = self.pyramid.patch_box(tree, id);
-        if self.view.frustum.excludes(low, high) {
+        // Every cell is drawn as it is. (What is stored counts the strips to a coarser side too.)
+        let finest = id.level == tree.depth() && sides.iter().all(|&k| u32::from(k) + 1 == tree.resolutions().count());
+        if finest || self.view.frustum.excludes(low, high) {
             return [0.0; 4];
         }
         let reach = self.reach(tree, id, low, high);
