@@ -22,13 +22,15 @@ pub enum ActionKind {
     Callback,
     /// [`PrimitiveCountAction`](super::PrimitiveCountAction).
     PrimitiveCount,
+    /// [`HandleEventAction`](super::HandleEventAction).
+    HandleEvent,
     /// An action that is defined elsewhere, or a check of the scene.
     Other,
 }
 
 impl ActionKind {
     /// All kinds.
-    pub const ALL: [ActionKind; 8] = [
+    pub const ALL: [ActionKind; 9] = [
         ActionKind::Render,
         ActionKind::BoundingBox,
         ActionKind::RayPick,
@@ -36,6 +38,7 @@ impl ActionKind {
         ActionKind::Matrix,
         ActionKind::Callback,
         ActionKind::PrimitiveCount,
+        ActionKind::HandleEvent,
         ActionKind::Other,
     ];
 }

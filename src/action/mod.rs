@@ -12,8 +12,10 @@ mod cameras;
 mod coloring;
 mod effects;
 mod error;
+mod event;
 mod frame;
 mod ground;
+mod handle_event;
 mod index;
 mod kind;
 mod matrix;
@@ -37,12 +39,14 @@ pub use camera::{CameraError, PlacedCamera};
 pub use cameras::Cameras;
 pub use effects::{DrawEffects, EFFECTS, EffectInfo};
 pub use error::{ActionError, ShapeError};
+pub use event::{ButtonState, Event, EventKind, EventType, Key, MouseButton};
 pub use frame::{
     Attenuation, ColorMap, Coloring, Cone, ContourStyle, DebugColor, DepthOffset, DetailMaps, Draw, Effects, Fog,
     Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, RampMap, Relief, Sky, Statistics, Strokes,
     SurfaceMaterial, TerrainDraw, linear_color, linear_from_srgb,
 };
 pub use ground::GroundPoint;
+pub use handle_event::{EventContext, HandleEventAction};
 pub(crate) use index::{Index, IndexCache};
 pub use kind::ActionKind;
 pub use matrix::MatrixAction;

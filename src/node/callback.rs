@@ -4,7 +4,7 @@ use std::sync::Arc;
 use super::{List, PropertyNode, field::enum_field};
 use crate::action::{ActionKind, PropertyContext, State};
 
-enum_field!(ActionKind: Render | BoundingBox | RayPick | Search | Matrix | Callback | PrimitiveCount | Other);
+enum_field!(ActionKind: Render | BoundingBox | RayPick | Search | Matrix | Callback | PrimitiveCount | HandleEvent | Other);
 
 /// A function in a field of a node, shared by the copies of the node. Two are equal if they are one in memory.
 pub struct Function<F: ?Sized>(pub Arc<F>);

@@ -23,6 +23,7 @@ mod cube;
 mod detail_textures;
 mod draw_style;
 mod environment;
+mod event_callback;
 mod face_mesh;
 mod face_sets;
 mod field;
@@ -64,6 +65,7 @@ pub use cube::Cube;
 pub use detail_textures::DetailTextures;
 pub use draw_style::{DrawStyle, Style};
 pub use environment::{Environment, FogType};
+pub use event_callback::{EventCallback, EventFunction};
 pub(crate) use face_mesh::MeshInputs;
 pub use face_sets::{FaceSet, IndexedFaceSet, IndexedTriangleStripSet, QuadMesh, TriangleStripSet};
 pub use field::{AxisAngle, Color, FieldError, FieldValue, List, Matrix, Plane};
@@ -97,8 +99,8 @@ pub use transform::{
 };
 
 use crate::action::{
-    Aabb, ActionKind, DrawContext, GroupContext, Near, PickCone, PropertyContext, Ray, ShapeContext, ShapeError, State,
-    Surface,
+    Aabb, ActionError, ActionKind, DrawContext, EventContext, GroupContext, Near, PickCone, PropertyContext, Ray,
+    ShapeContext, ShapeError, State, Surface,
 };
 use crate::terrain::{PatchId, Side};
 
@@ -237,6 +239,16 @@ pub trait PropertyNode: Node {
     fn acts_on(&self, action: ActionKind) -> bool {
         let _ = action;
         false
+    }
+
+    /// Does what it wants with an event that is handed round; see [`HandleEventAction`](crate::action::HandleEventAction).
+    ///
+    /// # Errors
+    ///
+    /// Ends the action with this error.
+    fn handle_event(&self, cx: &mut EventContext<'_>) -> Result<(), ActionError> {
+        let _ = cx;
+        Ok(())
     }
 }
 

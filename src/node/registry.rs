@@ -38,6 +38,7 @@ const BUILT_IN: &[&NodeInfo] = &[
     super::DirectionalLight::INFO,
     super::DrawStyle::INFO,
     super::Environment::INFO,
+    super::EventCallback::INFO,
     super::FaceSet::INFO,
     super::FragmentShader::INFO,
     super::Group::INFO,
