@@ -10,6 +10,7 @@ mod callback;
 mod camera;
 mod cameras;
 mod coloring;
+mod colors;
 mod effects;
 mod error;
 mod frame;
@@ -34,6 +35,7 @@ pub use callback::{CallbackAction, PrimitiveCount, PrimitiveCountAction, Visit};
 pub(crate) use camera::unit;
 pub use camera::{CameraError, PlacedCamera};
 pub use cameras::Cameras;
+pub use colors::{CornerData, SurfaceColors};
 pub use effects::{DrawEffects, EFFECTS, EffectInfo};
 pub use error::{ActionError, ShapeError};
 pub use frame::{

@@ -20,8 +20,12 @@ use crate::scene::{Image, NodeKey, Path, Scene};
 pub struct State {
     /// From local to world coordinates.
     pub model: DAffine3,
-    /// The material.
-    pub material: Material,
+    /// The material. No list of it is empty, unless somebody else than the nodes of this crate made it.
+    pub material: Arc<Material>,
+    /// Diffuse colours with their opacity as `0xRRGGBBAA`, instead of those of the material; empty for those.
+    pub packed_colors: List<u32>,
+    /// What the colours belong to.
+    pub material_binding: Binding,
     /// Lights in world coordinates, in the order of the walk.
     pub lights: Arc<Vec<PlacedLight>>,
     /// Detail and texture quality.
@@ -89,7 +93,9 @@ impl Default for State {
     fn default() -> Self {
         Self {
             model: DAffine3::IDENTITY,
-            material: Material::default(),
+            material: Arc::default(),
+            packed_colors: List::default(),
+            material_binding: Binding::Overall,
             lights: Arc::default(),
             complexity: Complexity::default(),
             unit: 0,
@@ -342,10 +348,12 @@ pub enum Aspect {
     NormalMap,
     /// Which sides of faces are seen.
     ShapeHints,
+    /// What colours belong to.
+    MaterialBinding,
 }
 
 impl Aspect {
-    const COUNT: usize = Aspect::ShapeHints as usize + 1;
+    const COUNT: usize = Aspect::MaterialBinding as usize + 1;
 }
 
 /// The last node that set each [`Aspect`]: the visit, 0 for none. A walk has fewer than 2³² visits

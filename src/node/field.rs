@@ -34,20 +34,29 @@ pub trait FieldValue: Clone + PartialEq + Debug + Serialize + DeserializeOwned {
     ///
     /// When the text is not such a value, or a number in it is not finite.
     fn read(text: &str) -> Result<Self, FieldError> {
-        let value: Self = options().from_str(text).map_err(|e| FieldError::Syntax(Box::new(e)))?;
+        let value: Self = parse(text)?;
         if value.is_finite() { Ok(value) } else { Err(FieldError::NotFinite) }
     }
 
     /// The value as RON on one line.
     fn write(&self) -> String {
-        let config = ron::ser::PrettyConfig::new()
-            .compact_arrays(true)
-            .compact_structs(true)
-            .separate_tuple_members(false)
-            .depth_limit(0);
-        // Fields are numbers, strings and enums of these: they always have a RON form.
-        options().to_string_pretty(self, config).unwrap_or_default()
+        compact(self)
     }
+}
+
+fn parse<T: DeserializeOwned>(text: &str) -> Result<T, FieldError> {
+    options().from_str(text).map_err(|e| FieldError::Syntax(Box::new(e)))
+}
+
+/// RON on one line.
+fn compact(value: &impl Serialize) -> String {
+    let config = ron::ser::PrettyConfig::new()
+        .compact_arrays(true)
+        .compact_structs(true)
+        .separate_tuple_members(false)
+        .depth_limit(0);
+    // Fields are numbers, strings and enums of these: they always have a RON form.
+    options().to_string_pretty(value, config).unwrap_or_default()
 }
 
 /// RON as Seamount reads it: `Some` may be left out.
@@ -87,13 +96,57 @@ plain_fields! {
     Matrix: "matrix ((xx, xy, xz), (yx, yy, yz), (zx, zy, zz), (x, y, z)): images of the axes and of the origin", |v| v.0.is_finite();
 }
 
+/// As in Open Inventor, a list of one may be written without its brackets, and is.
 impl<T: FieldValue> FieldValue for List<T> {
     fn type_name() -> String {
-        format!("[{}, …]", T::type_name())
+        format!("[{}, …] or one without brackets", T::type_name())
     }
 
     fn is_finite(&self) -> bool {
         self.iter().all(T::is_finite)
+    }
+
+    fn read(text: &str) -> Result<Self, FieldError> {
+        if !past_comments(text).starts_with('[') {
+            return T::read(text).map(|one| [one].into());
+        }
+        let list: Self = parse(text)?;
+        if list.is_finite() { Ok(list) } else { Err(FieldError::NotFinite) }
+    }
+
+    fn write(&self) -> String {
+        match &**self {
+            [one] => one.write(),
+            _ => compact(self),
+        }
+    }
+}
+
+/// What of a text in RON comes after blanks and comments.
+fn past_comments(text: &str) -> &str {
+    let mut rest = text.trim_start();
+    loop {
+        let after = if let Some(line) = rest.strip_prefix("//") {
+            line.split_once('\n').map_or("", |(_, after)| after)
+        } else if let Some(mut block) = rest.strip_prefix("/*") {
+            // They nest.
+            let mut depth = 1;
+            while depth > 0 {
+                let Some(mark) = block.find(['*', '/']) else { return "" };
+                let here = block.get(mark..).unwrap_or_default();
+                let (step, change) = match () {
+                    () if here.starts_with("*/") => (2, -1),
+                    () if here.starts_with("/*") => (2, 1),
+                    () => (1, 0),
+                };
+                depth += change;
+                block = here.get(step..).unwrap_or_default();
+            }
+            block
+        } else {
+            return rest;
+        };
+        rest = after.trim_start();
     }
 }
 
@@ -280,6 +333,26 @@ impl<T, const N: usize> From<[T; N]> for List<T> {
     }
 }
 
+/// Lists of one value, which Open Inventor's fields of several values take as well. One impl for all types would leave it open
+/// what an array is made into.
+macro_rules! list_of_one {
+    ($($ty:ty)*) => {$(
+        impl From<$ty> for List<$ty> {
+            fn from(one: $ty) -> Self {
+                [one].into()
+            }
+        }
+    )*};
+}
+
+list_of_one!(Color f32 String);
+
+impl From<&str> for List<String> {
+    fn from(one: &str) -> Self {
+        [one.to_owned()].into()
+    }
+}
+
 impl<T> FromIterator<T> for List<T> {
     fn from_iter<I: IntoIterator<Item = T>>(list: I) -> Self {
         Vec::from_iter(list).into()
@@ -340,5 +413,26 @@ impl From<(DVec3, DVec3, DVec3, DVec3)> for Matrix {
 impl From<Matrix> for (DVec3, DVec3, DVec3, DVec3) {
     fn from(Matrix(m): Matrix) -> Self {
         (m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis, m.translation)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_one_need_no_brackets() {
+        let one = List::from(Color::new(1.0, 0.0, 0.5));
+        for text in ["(1.0, 0.0, 0.5)", "[(1, 0, 0.5)]", " /* [ /* */ */ // [\n (1, 0, 0.5)", "/*[*/[(1, 0, 0.5),]"] {
+            assert_eq!(List::<Color>::read(text), Ok(one.clone()), "{text}");
+        }
+        assert_eq!(one.write(), "(1.0, 0.0, 0.5)");
+        let three = List::from([1, 2, 3]);
+        assert_eq!((List::read("[1, 2, 3]"), three.write().as_str()), (Ok(three.clone()), "[1, 2, 3]"));
+        let none = List::<i32>::default();
+        assert_eq!((List::read("[]"), none.write().as_str()), (Ok(none.clone()), "[]"));
+        for text in ["", "/*", "/* *", "//", "[1", "x"] {
+            assert!(List::<i32>::read(text).is_err(), "{text}");
+        }
     }
 }

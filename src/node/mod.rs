@@ -75,7 +75,7 @@ pub use light::{DirectionalLight, PointLight, SpotLight};
 pub use light_model::{LightModel, LightingModel};
 pub use line_sets::{IndexedLineSet, LineSet, PointSet};
 pub use lod::{LevelOfDetail, Lod};
-pub use material::Material;
+pub use material::{Material, MaterialBinding};
 pub use normal_map::NormalMap;
 pub use pick_style::{ClipPlane, PickStyle, PickStyleKind};
 pub use polygon_offset::{OffsetStyle, PolygonOffset};
@@ -263,7 +263,17 @@ pub trait GroupNode: Node {
 }
 
 /// A triangle with what a hit on it needs to know, in local coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// ```
+/// use seamount::node::Triangle;
+/// use seamount::prelude::*;
+///
+/// // What a shape does not know of its triangles may be left out.
+/// let points = [DVec3::ZERO, DVec3::X, DVec3::Y];
+/// let flat = Triangle { points, normals: [DVec3::Z; 3], ..Triangle::default() };
+/// assert_eq!(flat.materials, [0; 3]);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Triangle {
     /// Corners, counter-clockwise seen from outside.
     pub points: [DVec3; 3],
@@ -271,6 +281,9 @@ pub struct Triangle {
     pub normals: [DVec3; 3],
     /// Texture coordinates at the corners.
     pub uvs: [DVec2; 3],
+    /// Numbers of the colours at the corners, of those of the Material and as its MaterialBinding says; 0 where all of the shape
+    /// has the first.
+    pub materials: [u32; 3],
 }
 
 /// What a shape says of a place where a ray meets it.
