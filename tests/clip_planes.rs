@@ -62,7 +62,7 @@ fn camera(scene: &mut Scene, k: usize) {
 
 fn color_of(scene: &Scene, hit: &PickedPoint) -> [f32; 3] {
     let group = hit.path.nodes().nth_back(1).unwrap();
-    let color = scene.children(group).iter().find_map(|&key| scene.get::<BaseColor>(key)).unwrap().rgb;
+    let color = scene.children(group).iter().find_map(|&key| scene.get::<BaseColor>(key)).unwrap().rgb[0];
     color.linear().to_array()
 }
 

@@ -11,8 +11,8 @@ use super::{
     VertexProperty,
 };
 use crate::action::{
-    Aabb, Bvh, CornerData, Crossings, DrawContext, DrawOptions, Geometry, GeometryKind, Mesh, PropertyContext, Ray,
-    ShapeContext, ShapeError, State, meet_triangle,
+    Aabb, ActionKind, Bvh, CornerData, Crossings, DrawContext, DrawOptions, Geometry, GeometryKind, Mesh,
+    PropertyContext, Ray, ShapeContext, ShapeError, State, meet_triangle,
 };
 use crate::scene::NodeKey;
 
@@ -280,7 +280,8 @@ fn own_state(cx: &ShapeContext<'_>, key: Option<NodeKey>) -> Option<State> {
     let property = cx.scene.get::<VertexProperty>(own)?;
     let mut state = cx.state.clone();
     // No visit of a walk: nobody asks this State who set what.
-    property.apply(&mut state, &PropertyContext { scene: cx.scene, key: own, visit: 0 });
+    let (scene, path, action) = (cx.scene, cx.path, ActionKind::Other);
+    property.apply(&mut state, &PropertyContext { scene, key: own, path, action, visit: 0 });
     Some(state)
 }
 
