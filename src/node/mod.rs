@@ -35,6 +35,7 @@ mod lod;
 mod material;
 mod normal_map;
 mod pick_style;
+mod plain;
 mod polygon_offset;
 mod registry;
 mod round;
@@ -78,6 +79,7 @@ pub use lod::{LevelOfDetail, Lod};
 pub use material::Material;
 pub use normal_map::NormalMap;
 pub use pick_style::{ClipPlane, PickStyle, PickStyleKind};
+pub use plain::Plain;
 pub use polygon_offset::{OffsetStyle, PolygonOffset};
 pub use registry::Registry;
 pub(crate) use registry::nearest;
@@ -614,9 +616,13 @@ macro_rules! define_node {
                         },
                         write: |node| {
                             let node: &dyn ::std::any::Any = node;
-                            let text = $crate::node::FieldValue::write(&node.downcast_ref::<$name>()?.$field);
-                            // Compared as text, which tells -0.0 from 0.0.
+                            let value = &node.downcast_ref::<$name>()?.$field;
                             let default = <$name as ::std::default::Default>::default().$field;
+                            let text = $crate::node::FieldValue::write(value);
+                            if *value != default {
+                                return Some(text);
+                            }
+                            // What is equal is compared as text, which tells -0.0 from 0.0.
                             (text != $crate::node::FieldValue::write(&default)).then_some(text)
                         },
                     },
