@@ -73,8 +73,8 @@ pub mod prelude {
         PickedPoint, PrimitiveCountAction, Ray, RayPickAction, RenderAction, SearchAction, Surface, View,
     };
     pub use crate::node::{
-        Array, ArrayOrigin, Axis, AxisAngle, Background, BaseColor, Binding, ClipPlane, Color, ColorMode, ColorRamp,
-        Complexity, Cone, ConePart, ContourLines, Coordinate3, Cube, Cylinder, CylinderPart, DetailMode,
+        Array, ArrayOrigin, Axis, AxisAngle, Background, BaseColor, Binding, Callback, ClipPlane, Color, ColorMode,
+        ColorRamp, Complexity, Cone, ConePart, ContourLines, Coordinate3, Cube, Cylinder, CylinderPart, DetailMode,
         DetailTextures, DirectionalLight, DrawStyle, Environment, FaceSet, FaceType, FogType, FragmentShader, Group,
         IndexedFaceSet, IndexedLineSet, IndexedTriangleStripSet, Info, Label, Length, LevelOfDetail, LightModel,
         LightingModel, LineSet, List, Lod, Material, Matrix, MatrixTransform, MultipleCopy, Node, Normal,

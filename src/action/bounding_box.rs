@@ -3,7 +3,7 @@
 use glam::DAffine3;
 
 use super::walk::{Go, Visitor, walk, walk_from};
-use super::{Aabb, ActionError, Branches, GroupContext, ShapeContext, State};
+use super::{Aabb, ActionError, ActionKind, Branches, GroupContext, ShapeContext, State};
 use crate::node::{Reset, ResetTransform, ShapeNode};
 use crate::scene::{Path, Scene};
 
@@ -117,6 +117,10 @@ struct Bounds<'s> {
 }
 
 impl Visitor for Bounds<'_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::BoundingBox
+    }
+
     fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
         if path
             .tail()
@@ -148,6 +152,10 @@ struct FirstModel<'p> {
 }
 
 impl Visitor for FirstModel<'_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::BoundingBox
+    }
+
     fn shape(&mut self, _: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
         if self.path.is_some_and(|wanted| !path.starts_with(wanted)) {
             return Ok(Go::On);

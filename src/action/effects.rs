@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use super::frame::{DebugColor, Draw, Effects, Frame, GeometryKind};
 use super::render::Render;
 use super::walk::{Go, Visitor, walk};
-use super::{ActionError, Aspect, Branches, Cameras, LightSource, RenderAction, State, View};
+use super::{ActionError, ActionKind, Aspect, Branches, Cameras, LightSource, RenderAction, State, View};
 use crate::node::{FogType, RampBy, ShapeNode, Style};
 use crate::scene::{Path, Scene};
 
@@ -169,6 +169,10 @@ struct Explain<'s> {
 }
 
 impl Visitor for Explain<'_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::Render
+    }
+
     fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
         self.paths.push(path.clone());
         Ok(Go::On)

@@ -7,7 +7,7 @@
 //! what a walk answers, to the bit: unions of boxes do not depend on their order.
 //!
 //! Scenes in which the walk itself must decide are left to the walk: boxes that are reset, shapes that can not be had, groups
-//! that look at the camera (for picks).
+//! that look at the camera (for picks), properties that do something of their own.
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 use std::collections::{HashMap, HashSet};
@@ -17,7 +17,7 @@ use glam::DMat3;
 
 use super::bvh::BoxTree;
 use super::walk::{Go, Visitor, walk_from};
-use super::{Aabb, ActionError, Branches, Ray, ShapeContext, State};
+use super::{Aabb, ActionError, ActionKind, Branches, Ray, ShapeContext, State};
 use crate::node::{Reset, ResetTransform, Restores, Role, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
 
@@ -310,13 +310,23 @@ impl Collect<'_> {
 }
 
 impl Visitor for Collect<'_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::BoundingBox
+    }
+
     fn enter(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
         let Some(key) = path.tail() else { return Ok(Go::On) };
         self.visits += 1;
         if self.visits > 8 * MOST {
             return Err(Self::refuse());
         }
-        if let Some(Role::Group(group)) = self.scene.role(key) {
+        let role = self.scene.role(key);
+        if let Some(Role::Property(property)) = role
+            && [ActionKind::BoundingBox, ActionKind::RayPick].into_iter().any(|action| property.acts_on(action))
+        {
+            return Err(Self::refuse());
+        }
+        if let Some(Role::Group(group)) = role {
             if group.restores() == Restores::Everything {
                 if self.index.blocks.len() > MOST {
                     return Err(Self::refuse());

@@ -15,6 +15,7 @@ mod error;
 mod frame;
 mod ground;
 mod index;
+mod kind;
 mod matrix;
 mod pick_cone;
 mod ray;
@@ -43,6 +44,7 @@ pub use frame::{
 };
 pub use ground::GroundPoint;
 pub(crate) use index::{Index, IndexCache};
+pub use kind::ActionKind;
 pub use matrix::MatrixAction;
 pub use pick_cone::{Near, PickCone};
 pub(crate) use ray::{Crossings, Meeting, meet_triangle};

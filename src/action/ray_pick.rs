@@ -10,7 +10,9 @@ use super::camera::unit;
 use super::render::find_camera;
 use super::state::Memo;
 use super::walk::{Go, Visitor, walk};
-use super::{Aabb, ActionError, Branches, Cameras, Index, Lens, PickCone, Ray, ShapeContext, State, View, Viewpoint};
+use super::{
+    Aabb, ActionError, ActionKind, Branches, Cameras, Index, Lens, PickCone, Ray, ShapeContext, State, View, Viewpoint,
+};
 use crate::node::{Cube, HitDetail, PickStyleKind, Role, ShapeHit, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
 
@@ -371,6 +373,10 @@ impl Pick<'_, '_> {
 }
 
 impl Visitor for Pick<'_, '_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::RayPick
+    }
+
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
         let style = state.pick_style;
         let [below, top] = self.far;

@@ -13,8 +13,8 @@ use super::state::{cofactors, compose};
 use super::view::Kept;
 use super::walk::{Go, Visitor, walk};
 use super::{
-    ActionError, Branches, Cameras, DebugColor, Lens, LightSource, PlacedCamera, PlacedLight, ShapeContext, ShapeError,
-    State, View, Viewpoint,
+    ActionError, ActionKind, Branches, Cameras, DebugColor, Lens, LightSource, PlacedCamera, PlacedLight, ShapeContext,
+    ShapeError, State, View, Viewpoint,
 };
 use crate::node::{Background, Color, FogType, LightingModel, ShapeNode, Style, Triangle};
 use crate::scene::{Path, Scene};
@@ -158,6 +158,9 @@ pub(super) fn find_camera(scene: &Scene, name: Option<&str>) -> Result<Arc<Place
         }
     }
     impl Visitor for Find<'_> {
+        fn action(&self) -> ActionKind {
+            ActionKind::Search
+        }
         fn enter(&mut self, _: &Path, state: &State) -> Result<Go, ActionError> {
             self.look(state);
             Ok(if self.found.is_some() { Go::End } else { Go::On })
@@ -223,6 +226,14 @@ impl<'s> Render<'s> {
 }
 
 impl Visitor for Render<'_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::Render
+    }
+
+    fn acted(&mut self) {
+        self.view.acted();
+    }
+
     /// The first background is the one, as with cameras.
     fn leave(&mut self, _: &Path, state: &State) -> Result<Go, ActionError> {
         if let (Some(background), None) = (&state.background, &self.background) {

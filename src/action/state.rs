@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3, Vec3};
 
-use super::{ActionError, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
+use super::{ActionError, ActionKind, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
 use crate::node::{
     Background, Binding, ColorRamp, Complexity, ContourLines, DetailTextures, DrawStyle, Environment, LightModel, List,
     Material, NormalMap, PickStyleKind, PolygonOffset, ShapeHints, Wrap,
@@ -399,6 +399,10 @@ pub struct PropertyContext<'a> {
     pub scene: &'a Scene,
     /// The property's own node.
     pub key: NodeKey,
+    /// The way to it.
+    pub path: &'a Path,
+    /// The action that walks.
+    pub action: ActionKind,
     /// Number of the occurrence: how many nodes the walk has entered, this one included. Tells occurrences of a shared node
     /// apart.
     pub visit: u64,

@@ -5,10 +5,7 @@
 //! the thread's stack.
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
-use std::sync::Arc;
-
-use super::camera::PlacedCamera;
-use super::{ActionError, Branches, PropertyContext, State};
+use super::{ActionError, ActionKind, Branches, PropertyContext, State};
 use crate::action::GroupContext;
 use crate::node::{GroupNode, Restores, Role, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
@@ -33,6 +30,14 @@ pub enum Go {
 
 /// What a walk tells while it goes.
 pub trait Visitor {
+    /// The kind of action, for nodes that do something of their own.
+    fn action(&self) -> ActionKind {
+        ActionKind::Other
+    }
+
+    /// A property was met that does something of its own in this kind of action.
+    fn acted(&mut self) {}
+
     /// A node is reached, before it acts.
     ///
     /// # Errors
@@ -91,6 +96,7 @@ pub(crate) fn walk_from(
     branches: Branches<'_>,
     visitor: &mut dyn Visitor,
 ) -> Result<(), ActionError> {
+    let action = visitor.action();
     let mut path = path.clone();
     let mut stack: Vec<Level<'_>> = Vec::new();
     let mut next = Some(start);
@@ -109,15 +115,9 @@ pub(crate) fn walk_from(
             if go == Go::On {
                 match scene.role(key) {
                     Some(Role::Property(property)) => {
-                        let camera = state.camera.as_ref().map(Arc::as_ptr);
-                        property.apply(&mut state, &PropertyContext { scene, key, visit: visits });
-                        // A camera does not know its own path.
-                        if state.camera.as_ref().map(Arc::as_ptr) != camera
-                            && let Some(placed) = &mut state.camera
-                        {
-                            let mut with_path = PlacedCamera::clone(placed);
-                            with_path.path = path.clone();
-                            *placed = Arc::new(with_path);
+                        property.apply(&mut state, &PropertyContext { scene, key, path: &path, action, visit: visits });
+                        if property.acts_on(action) {
+                            visitor.acted();
                         }
                         go = visitor.leave(&path, &state)?;
                         path.pop();

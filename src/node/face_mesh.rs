@@ -11,8 +11,8 @@ use super::{
     VertexProperty,
 };
 use crate::action::{
-    Aabb, Bvh, Crossings, DrawContext, DrawOptions, Geometry, GeometryKind, Mesh, PropertyContext, Ray, ShapeContext,
-    ShapeError, meet_triangle,
+    Aabb, ActionKind, Bvh, Crossings, DrawContext, DrawOptions, Geometry, GeometryKind, Mesh, PropertyContext, Ray,
+    ShapeContext, ShapeError, meet_triangle,
 };
 use crate::scene::NodeKey;
 
@@ -213,7 +213,8 @@ pub(super) fn inputs(cx: &ShapeContext<'_>, key: Option<NodeKey>) -> MeshInputs 
         Some((key, property)) => {
             let mut state = cx.state.clone();
             // No visit of a walk: nobody asks this State who set what.
-            property.apply(&mut state, &PropertyContext { scene: cx.scene, key, visit: 0 });
+            let (scene, path, action) = (cx.scene, cx.path, ActionKind::Other);
+            property.apply(&mut state, &PropertyContext { scene, key, path, action, visit: 0 });
             of(&state)
         }
         None => of(cx.state),

@@ -13,6 +13,7 @@
 
 mod background;
 mod base_color;
+mod callback;
 mod camera;
 mod color_ramp;
 mod complexity;
@@ -54,6 +55,7 @@ use glam::{DVec2, DVec3};
 
 pub use background::Background;
 pub use base_color::BaseColor;
+pub use callback::{Callback, CallbackFunction, Function};
 pub use camera::{CameraFields, OrthographicCamera, PerspectiveCamera};
 pub use color_ramp::{ColorRamp, RAMP_STOPS, Ramp, RampBy};
 pub use complexity::{Complexity, TextureFilter};
@@ -97,7 +99,8 @@ pub use transform::{
 };
 
 use crate::action::{
-    Aabb, DrawContext, GroupContext, Near, PickCone, PropertyContext, Ray, ShapeContext, ShapeError, State, Surface,
+    Aabb, ActionKind, DrawContext, GroupContext, Near, PickCone, PropertyContext, Ray, ShapeContext, ShapeError, State,
+    Surface,
 };
 use crate::terrain::{PatchId, Side};
 
@@ -229,6 +232,13 @@ pub trait PropertyNode: Node {
     /// without boxes and picks being worked out again.
     fn moves_shapes(&self) -> bool {
         true
+    }
+
+    /// Whether it does more than change the State, so that each such action has to come by: then nothing is answered from
+    /// memory.
+    fn acts_on(&self, action: ActionKind) -> bool {
+        let _ = action;
+        false
     }
 }
 

@@ -25,6 +25,7 @@ const BUILT_IN: &[&NodeInfo] = &[
     super::Array::INFO,
     super::Background::INFO,
     super::BaseColor::INFO,
+    super::Callback::INFO,
     super::ClipPlane::INFO,
     super::ColorRamp::INFO,
     super::Complexity::INFO,
