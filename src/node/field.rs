@@ -472,7 +472,8 @@ mod tests {
     /// What is written and read for speed is what ron writes and reads, to the bit.
     fn agrees<T: FieldValue>(value: T) {
         let text = value.write();
-        assert_eq!(text, in_ron(&value));
+        // But for the mark that a word is a name, which ron puts before its own words and does without when reading.
+        assert_eq!(text, in_ron(&value).trim_start_matches("r#"));
         let mut plain = Plain::new(&text);
         let ron: T = options().from_str(&text).unwrap();
         if let Some(read) = T::plain(&mut plain).filter(|_| plain.is_at_end()) {
