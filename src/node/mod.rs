@@ -263,6 +263,12 @@ pub trait GroupNode: Node {
         (step < cx.children()).then_some(step)
     }
 
+    /// Whether [`GroupNode::child_at`] is left as it is: all children in order, and the State untouched. It is not called then,
+    /// and the State need not be made ready for changes.
+    fn walks_all(&self) -> bool {
+        false
+    }
+
     /// What of the state is afterwards what it was before.
     fn restores(&self) -> Restores {
         Restores::Nothing
