@@ -474,9 +474,9 @@ pub struct ShapeContext<'a> {
 }
 
 /// What shapes have worked out for one ray and can use for the next: on one thread, so that many threads that pick at once share
-/// no lock and no count of references. A place is known by its State, which must stay where it is as long as this lives.
+/// no lock and no count of references. A place is known by its path, which must stay where it is as long as this lives.
 #[derive(Default)]
-pub(crate) struct Memo(RefCell<Vec<(*const State, Rc<dyn Any>)>>);
+pub(crate) struct Memo(RefCell<Vec<(*const Path, Rc<dyn Any>)>>);
 
 impl std::fmt::Debug for Memo {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -510,7 +510,7 @@ impl<'a> ShapeContext<'a> {
         make: impl FnOnce() -> Result<T, ShapeError>,
     ) -> Result<Rc<T>, ShapeError> {
         let Some(Memo(memo)) = self.memo else { return Ok(Rc::new(make()?)) };
-        let place: *const State = self.state;
+        let place: *const Path = self.path;
         let known = memo.borrow().iter().find(|(p, _)| *p == place).map(|(_, known)| Rc::clone(known));
         if let Some(known) = known.and_then(|known| known.downcast().ok()) {
             return Ok(known);

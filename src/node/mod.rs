@@ -36,6 +36,7 @@ mod lod;
 mod material;
 mod normal_map;
 mod pick_style;
+mod plain;
 mod polygon_offset;
 mod registry;
 mod round;
@@ -80,6 +81,7 @@ pub use lod::{LevelOfDetail, Lod};
 pub use material::{Material, MaterialBinding};
 pub use normal_map::NormalMap;
 pub use pick_style::{ClipPlane, PickStyle, PickStyleKind};
+pub use plain::Plain;
 pub use polygon_offset::{OffsetStyle, PolygonOffset};
 pub use registry::Registry;
 pub(crate) use registry::nearest;
@@ -259,6 +261,12 @@ pub trait GroupNode: Node {
     fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut State) -> Option<usize> {
         let _ = state;
         (step < cx.children()).then_some(step)
+    }
+
+    /// Whether [`GroupNode::child_at`] is left as it is: all children in order, and the State untouched. It is not called then,
+    /// and the State need not be made ready for changes.
+    fn walks_all(&self) -> bool {
+        false
     }
 
     /// What of the state is afterwards what it was before.
@@ -637,9 +645,13 @@ macro_rules! define_node {
                         },
                         write: |node| {
                             let node: &dyn ::std::any::Any = node;
-                            let text = $crate::node::FieldValue::write(&node.downcast_ref::<$name>()?.$field);
-                            // Compared as text, which tells -0.0 from 0.0.
+                            let value = &node.downcast_ref::<$name>()?.$field;
                             let default = <$name as ::std::default::Default>::default().$field;
+                            let text = $crate::node::FieldValue::write(value);
+                            if *value != default {
+                                return Some(text);
+                            }
+                            // What is equal is compared as text, which tells -0.0 from 0.0.
                             (text != $crate::node::FieldValue::write(&default)).then_some(text)
                         },
                     },
