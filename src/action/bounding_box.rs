@@ -1,5 +1,7 @@
 //! The smallest box around a scene.
 
+use std::sync::Arc;
+
 use glam::DAffine3;
 
 use super::walk::{Go, Visitor, walk, walk_from};
@@ -103,8 +105,9 @@ impl BoundingBoxAction {
 /// The box in world coordinates of all children of a group that is reached with this state.
 pub(crate) fn bounds_below(cx: &GroupContext<'_>, state: &State) -> Result<Option<Aabb>, ActionError> {
     let mut bounds = Bounds { scene: cx.scene, path: None, from_world: &DAffine3::IDENTITY, found: None };
+    let state = Arc::new(state.clone());
     for (index, &child) in cx.scene.children(cx.key).iter().enumerate() {
-        walk_from(cx.scene, cx.path, (child, index), state.clone(), Branches::Possible, &mut bounds)?;
+        walk_from(cx.scene, cx.path, (child, index), Arc::clone(&state), Branches::Possible, &mut bounds)?;
     }
     Ok(bounds.found)
 }

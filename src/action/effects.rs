@@ -99,6 +99,7 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "color-by-part",     |e| on(e.debug_color == DebugColor::Parts), by_shape;
     "color-by-level",    |e| on(e.debug_color == DebugColor::Levels), by_shape;
     "color-by-normal",   |e| on(e.debug_color == DebugColor::Normals), by_shape;
+    "color-by-vertex",   |e| on(e.vertex_colors),  |s| by(&[Aspect::MaterialBinding, Aspect::Material], s);
     "lines",             |e| on(e.style == Style::Lines),       |s| by(&[Aspect::DrawStyle], s);
     "points",            |e| on(e.style == Style::Points),      |s| by(&[Aspect::DrawStyle], s);
     "lines-on-faces",    |e| on(e.style == Style::FilledLines), |s| by(&[Aspect::DrawStyle], s);

@@ -329,7 +329,7 @@ impl Picker<'_> {
         let (far, local, found) = ([ray.far; 2], Vec::new(), Vec::new());
         let mut pick = Pick { picker: self, ray: *ray, cone, far, all, wanted, memo, local, found };
         if !pick.indexed()? {
-            // Only the index keeps the States of places where they are.
+            // Only the index keeps the paths of places where they are.
             pick.memo = None;
             walk(self.scene, Branches::Seen(self.viewpoint.as_ref()), &mut pick)?;
         }

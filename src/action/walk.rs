@@ -5,6 +5,8 @@
 //! the thread's stack.
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
+use std::sync::Arc;
+
 use super::{ActionError, ActionKind, Branches, PropertyContext, State};
 use crate::action::GroupContext;
 use crate::node::{GroupNode, Restores, Role, ShapeNode};
@@ -48,6 +50,24 @@ pub trait Visitor {
         Ok(Go::On)
     }
 
+    /// [`Visitor::enter`] with a State that can be kept without copying it. Called in its place, which it is by default.
+    ///
+    /// # Errors
+    ///
+    /// Ends the walk.
+    fn enter_shared(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
+        self.enter(path, state)
+    }
+
+    /// [`Visitor::shape`] with a State that can be kept without copying it. Called in its place, which it is by default.
+    ///
+    /// # Errors
+    ///
+    /// Ends the walk.
+    fn shape_shared(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
+        self.shape(shape, path, state)
+    }
+
     /// A node was walked; the state is what it leaves behind.
     ///
     /// # Errors
@@ -73,7 +93,7 @@ struct Level<'s> {
     group: &'s dyn GroupNode,
     key: NodeKey,
     step: usize,
-    saved: Option<Box<State>>,
+    saved: Option<Arc<State>>,
     /// The choice of the Switch before.
     switch: i32,
 }
@@ -84,7 +104,7 @@ struct Level<'s> {
 ///
 /// What the visitor returns, [`ActionError::TooDeep`] or [`ActionError::TooLarge`].
 pub fn walk(scene: &Scene, branches: Branches<'_>, visitor: &mut dyn Visitor) -> Result<(), ActionError> {
-    walk_from(scene, &Path::default(), (scene.root(), 0), State::default(), branches, visitor)
+    walk_from(scene, &Path::default(), (scene.root(), 0), Arc::default(), branches, visitor)
 }
 
 /// [`walk`] from another node than the root: child number `index` at the end of `path`, reached with this state.
@@ -92,7 +112,7 @@ pub(crate) fn walk_from(
     scene: &Scene,
     path: &Path,
     start: (NodeKey, usize),
-    mut state: State,
+    mut state: Arc<State>,
     branches: Branches<'_>,
     visitor: &mut dyn Visitor,
 ) -> Result<(), ActionError> {
@@ -111,11 +131,14 @@ pub(crate) fn walk_from(
                 return Err(ActionError::TooDeep);
             }
             path.push(key, index);
-            let mut go = visitor.enter(&path, &state)?;
+            let mut go = visitor.enter_shared(&path, &state)?;
             if go == Go::On {
                 match scene.role(key) {
                     Some(Role::Property(property)) => {
-                        property.apply(&mut state, &PropertyContext { scene, key, path: &path, action, visit: visits });
+                        property.apply(
+                            Arc::make_mut(&mut state),
+                            &PropertyContext { scene, key, path: &path, action, visit: visits },
+                        );
                         if property.acts_on(action) {
                             visitor.acted();
                         }
@@ -123,14 +146,14 @@ pub(crate) fn walk_from(
                         path.pop();
                     }
                     Some(Role::Shape(shape)) => {
-                        go = visitor.shape(shape, &path, &state)?;
+                        go = visitor.shape_shared(shape, &path, &state)?;
                         if go != Go::End {
                             go = visitor.leave(&path, &state)?;
                         }
                         path.pop();
                     }
                     Some(Role::Group(group)) => {
-                        let saved = (group.restores() != Restores::Nothing).then(|| Box::new(state.clone()));
+                        let saved = (group.restores() != Restores::Nothing).then(|| Arc::clone(&state));
                         stack.push(Level { group, key, step: 0, saved, switch: state.switch });
                     }
                     None => {
@@ -152,13 +175,19 @@ pub(crate) fn walk_from(
         let cx = GroupContext { scene, key: level.key, path: &path, entry, switch, branches };
         let step = level.step;
         level.step += 1;
-        match level.group.child_at(step, &cx, &mut state) {
+        let child = if level.group.walks_all() {
+            (step < children.len()).then_some(step)
+        } else {
+            level.group.child_at(step, &cx, Arc::make_mut(&mut state))
+        };
+        match child {
             Some(index) => next = children.get(index).map(|&child| (child, index)),
             None => {
                 let group = level.group;
                 match (group.restores(), stack.pop().and_then(|level| level.saved)) {
-                    (Restores::Everything, Some(saved)) => state = *saved,
-                    (Restores::Transform, Some(saved)) => {
+                    (Restores::Everything, Some(saved)) => state = saved,
+                    (Restores::Transform, Some(saved)) if !Arc::ptr_eq(&saved, &state) => {
+                        let state = Arc::make_mut(&mut state);
                         (state.model, state.unit_length) = (saved.model, saved.unit_length)
                     }
                     _ => {}

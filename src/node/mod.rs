@@ -37,6 +37,7 @@ mod lod;
 mod material;
 mod normal_map;
 mod pick_style;
+mod plain;
 mod polygon_offset;
 mod registry;
 mod round;
@@ -79,9 +80,10 @@ pub use light::{DirectionalLight, PointLight, SpotLight};
 pub use light_model::{LightModel, LightingModel};
 pub use line_sets::{IndexedLineSet, LineSet, PointSet};
 pub use lod::{LevelOfDetail, Lod};
-pub use material::Material;
+pub use material::{Material, MaterialBinding};
 pub use normal_map::NormalMap;
 pub use pick_style::{ClipPlane, PickStyle, PickStyleKind};
+pub use plain::Plain;
 pub use polygon_offset::{OffsetStyle, PolygonOffset};
 pub use registry::Registry;
 pub(crate) use registry::nearest;
@@ -273,6 +275,12 @@ pub trait GroupNode: Node {
         (step < cx.children()).then_some(step)
     }
 
+    /// Whether [`GroupNode::child_at`] is left as it is: all children in order, and the State untouched. It is not called then,
+    /// and the State need not be made ready for changes.
+    fn walks_all(&self) -> bool {
+        false
+    }
+
     /// What of the state is afterwards what it was before.
     fn restores(&self) -> Restores {
         Restores::Nothing
@@ -285,7 +293,17 @@ pub trait GroupNode: Node {
 }
 
 /// A triangle with what a hit on it needs to know, in local coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// ```
+/// use seamount::node::Triangle;
+/// use seamount::prelude::*;
+///
+/// // What a shape does not know of its triangles may be left out.
+/// let points = [DVec3::ZERO, DVec3::X, DVec3::Y];
+/// let flat = Triangle { points, normals: [DVec3::Z; 3], ..Triangle::default() };
+/// assert_eq!(flat.materials, [0; 3]);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Triangle {
     /// Corners, counter-clockwise seen from outside.
     pub points: [DVec3; 3],
@@ -293,6 +311,9 @@ pub struct Triangle {
     pub normals: [DVec3; 3],
     /// Texture coordinates at the corners.
     pub uvs: [DVec2; 3],
+    /// Numbers of the colours at the corners, of those of the Material and as its MaterialBinding says; 0 where all of the shape
+    /// has the first.
+    pub materials: [u32; 3],
 }
 
 /// What a shape says of a place where a ray meets it.
@@ -636,9 +657,13 @@ macro_rules! define_node {
                         },
                         write: |node| {
                             let node: &dyn ::std::any::Any = node;
-                            let text = $crate::node::FieldValue::write(&node.downcast_ref::<$name>()?.$field);
-                            // Compared as text, which tells -0.0 from 0.0.
+                            let value = &node.downcast_ref::<$name>()?.$field;
                             let default = <$name as ::std::default::Default>::default().$field;
+                            let text = $crate::node::FieldValue::write(value);
+                            if *value != default {
+                                return Some(text);
+                            }
+                            // What is equal is compared as text, which tells -0.0 from 0.0.
                             (text != $crate::node::FieldValue::write(&default)).then_some(text)
                         },
                     },

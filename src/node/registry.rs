@@ -52,6 +52,7 @@ const BUILT_IN: &[&NodeInfo] = &[
     super::LineSet::INFO,
     super::Lod::INFO,
     super::Material::INFO,
+    super::MaterialBinding::INFO,
     super::MatrixTransform::INFO,
     super::MultipleCopy::INFO,
     super::Normal::INFO,
