@@ -69,21 +69,22 @@ pub mod prelude {
     pub use glam::{DAffine3, DQuat, DVec2, DVec3};
 
     pub use crate::action::{
-        Aabb, ActionError, BoundingBoxAction, CallbackAction, Frame, GroundPoint, Interest, MatrixAction, PickTarget,
-        PickedPoint, PrimitiveCountAction, Ray, RayPickAction, RenderAction, SearchAction, Surface, View,
+        Aabb, ActionError, BoundingBoxAction, CallbackAction, Frame, GroundPoint, HandleEventAction, Interest,
+        MatrixAction, PickTarget, PickedPoint, PrimitiveCountAction, Ray, RayPickAction, RenderAction, SearchAction,
+        Surface, View,
     };
     pub use crate::node::{
-        Array, ArrayOrigin, Axis, AxisAngle, Background, BaseColor, Binding, BumpMap, ClipPlane, Color, ColorMode,
-        ColorRamp, Complexity, Cone, ConePart, ContourLines, Coordinate3, Cube, Cylinder, CylinderPart, DetailMode,
-        DetailTextures, DirectionalLight, DrawStyle, Environment, FaceSet, FaceType, FogType, FragmentShader, Group,
-        IndexedFaceSet, IndexedLineSet, IndexedTriangleStripSet, Info, Label, Length, LevelOfDetail, LightModel,
-        LightingModel, LineSet, List, Lod, Material, Matrix, MatrixTransform, MultipleCopy, Node, Normal,
-        NormalBinding, NormalMap, OrthographicCamera, PerspectiveCamera, PickStyle, PickStyleKind, Plane, PointLight,
-        PointSet, PolygonOffset, QuadMesh, Ramp, RampBy, Reset, ResetTransform, Rotation, RotationXyz, Scale,
-        SeamlessTerrain, Separator, ShaderParameter, ShaderProgram, ShaderValue, ShapeHints, ShapeType, Sphere,
-        SpotLight, Style, Switch, Texture2, Texture2Transform, TextureCoordinate2, TextureUnit, Transform,
-        TransformSeparator, Translation, TriangleStripSet, Units, VertexOrdering, VertexProperty, VertexShader,
-        VoidMode,
+        Array, ArrayOrigin, Axis, AxisAngle, Background, BaseColor, Binding, BumpMap, Callback, ClipPlane, Color,
+        ColorMode, ColorRamp, Complexity, Cone, ConePart, ContourLines, Coordinate3, Cube, Cylinder, CylinderPart,
+        DetailMode, DetailTextures, DirectionalLight, DrawStyle, Environment, EventCallback, FaceSet, FaceType,
+        FogType, FragmentShader, Group, IndexedFaceSet, IndexedLineSet, IndexedTriangleStripSet, Info, Label, Length,
+        LevelOfDetail, LightModel, LightingModel, LineSet, List, Lod, Material, MaterialBinding, Matrix,
+        MatrixTransform, MultipleCopy, Node, Normal, NormalBinding, NormalMap, OrthographicCamera, PerspectiveCamera,
+        PickStyle, PickStyleKind, Plane, PointLight, PointSet, PolygonOffset, QuadMesh, Ramp, RampBy, Reset,
+        ResetTransform, Rotation, RotationXyz, Scale, SeamlessTerrain, Separator, ShaderParameter, ShaderProgram,
+        ShaderValue, ShapeHints, ShapeType, Sphere, SpotLight, Style, Switch, Texture2, Texture2Transform,
+        TextureCoordinate2, TextureUnit, Transform, TransformSeparator, Translation, TriangleStripSet, Units,
+        VertexOrdering, VertexProperty, VertexShader, VoidMode,
     };
     pub use crate::scene::{EditError, Image, NodeKey, Path, Pixels, Scene};
 }

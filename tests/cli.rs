@@ -204,6 +204,10 @@ fn pick_one() {
     assert_eq!(good(&["pick", path(&cube), "--ray", "0 0 9 0 0 1"]), "nothing hit\n");
     assert!(bad(1, &["pick", path(&cube), "--pixel", "0,0"]).contains("the scene has no camera"));
 
+    // The middle of the same pixel, from the other corner.
+    let through = |how: &str, at: &str| json(&["pick", FUJI, "--size", "128x64", how, at, "--json"]);
+    assert_eq!(through("--normalized", "0.50390625,0.4921875"), through("--pixel", "64,32"));
+    assert!(bad(2, &["pick", FUJI, "--normalized", "0.5,1.5"]).contains("from 0 to 1"));
     let found = json(&["pick", FUJI, "--pixel", "640,360", "--json"]);
     let hit = &found["hits"][0];
     assert_eq!(hit["surface"], "coarse");

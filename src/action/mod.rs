@@ -10,11 +10,15 @@ mod callback;
 mod camera;
 mod cameras;
 mod coloring;
+mod colors;
 mod effects;
 mod error;
+mod event;
 mod frame;
 mod ground;
+mod handle_event;
 mod index;
+mod kind;
 mod matrix;
 mod pick_cone;
 mod ray;
@@ -34,15 +38,19 @@ pub use callback::{CallbackAction, PrimitiveCount, PrimitiveCountAction, Visit};
 pub(crate) use camera::unit;
 pub use camera::{CameraError, PlacedCamera};
 pub use cameras::Cameras;
+pub use colors::{CornerData, SurfaceColors};
 pub use effects::{DrawEffects, EFFECTS, EffectInfo};
 pub use error::{ActionError, ShapeError};
+pub use event::{ButtonState, Event, EventKind, EventType, Key, MouseButton};
 pub use frame::{
     Attenuation, Bump, ColorMap, Coloring, Cone, ContourStyle, DebugColor, DepthOffset, DetailMaps, Draw, ERROR_STOPS,
     Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, RampMap, Relief, Sky, Statistics,
     Strokes, SurfaceMaterial, TerrainDraw, error_color, linear_color, linear_from_srgb,
 };
 pub use ground::GroundPoint;
+pub use handle_event::{EventContext, HandleEventAction};
 pub(crate) use index::{Index, IndexCache};
+pub use kind::ActionKind;
 pub use matrix::MatrixAction;
 pub use pick_cone::{Near, PickCone};
 pub(crate) use ray::{Crossings, Meeting, meet_triangle};

@@ -10,7 +10,9 @@ use super::camera::unit;
 use super::render::find_camera;
 use super::state::Memo;
 use super::walk::{Go, Visitor, walk};
-use super::{Aabb, ActionError, Branches, Cameras, Index, Lens, PickCone, Ray, ShapeContext, State, View, Viewpoint};
+use super::{
+    Aabb, ActionError, ActionKind, Branches, Cameras, Index, Lens, PickCone, Ray, ShapeContext, State, View, Viewpoint,
+};
 use crate::node::{Cube, HitDetail, PickStyleKind, Role, ShapeHit, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
 
@@ -22,6 +24,8 @@ pub enum PickTarget {
     Pixel(f64, f64),
     /// The ray through a point of the picture, (0, 0) top left to (1, 1) bottom right.
     Point(f64, f64),
+    /// The ray through a point of the picture as Open Inventor counts: (0, 0) bottom left to (1, 1) top right.
+    Normalized(f64, f64),
     /// A ray in world coordinates.
     Ray(Ray),
 }
@@ -158,6 +162,27 @@ impl RayPickAction {
         Self::new(PickTarget::Pixel(f64::from(x) + 0.5, f64::from(y) + 0.5), size)
     }
 
+    /// The first hit through a point of a picture of this size, (0, 0) bottom left to (1, 1) top right, as Open Inventor's
+    /// `setNormalizedPoint` has it.
+    ///
+    /// ```
+    /// use seamount::prelude::*;
+    ///
+    /// let mut scene = Scene::new();
+    /// let root = scene.root();
+    /// let (position, look_at) = (Some(DVec3::Z * 9.0), Some(DVec3::ZERO));
+    /// scene.add(root, OrthographicCamera { position, look_at, ..OrthographicCamera::default() })?;
+    /// scene.add(root, Cube::default())?;
+    /// // The camera sees a square from -1 to 1, the picture twice as much across.
+    /// let hits = RayPickAction::normalized(0.5, 0.75, [200, 100]).apply(&scene)?;
+    /// assert_eq!(hits[0].point, DVec3::new(0.0, 0.5, 1.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn normalized(x: f64, y: f64, size: [u32; 2]) -> Self {
+        Self::new(PickTarget::Normalized(x, y), size)
+    }
+
     /// What the ray meets, nearest first; empty if nothing.
     ///
     /// # Errors
@@ -171,6 +196,7 @@ impl RayPickAction {
                 picker.pick_through(x / f64::from(self.size[0]), y / f64::from(self.size[1]), self.all)
             }
             PickTarget::Point(x, y) => picker.pick_through(x, y, self.all),
+            PickTarget::Normalized(x, y) => picker.pick_through(x, 1.0 - y, self.all),
         }
     }
 
@@ -303,7 +329,7 @@ impl Picker<'_> {
         let (far, local, found) = ([ray.far; 2], Vec::new(), Vec::new());
         let mut pick = Pick { picker: self, ray: *ray, cone, far, all, wanted, memo, local, found };
         if !pick.indexed()? {
-            // Only the index keeps the States of places where they are.
+            // Only the index keeps the paths of places where they are.
             pick.memo = None;
             walk(self.scene, Branches::Seen(self.viewpoint.as_ref()), &mut pick)?;
         }
@@ -371,6 +397,10 @@ impl Pick<'_, '_> {
 }
 
 impl Visitor for Pick<'_, '_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::RayPick
+    }
+
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
         let style = state.pick_style;
         let [below, top] = self.far;

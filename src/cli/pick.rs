@@ -21,6 +21,9 @@ pub(super) struct Args {
     /// Through the centre of a pixel, counted from the top left
     #[arg(long, group = "target", value_name = "X,Y", value_parser = pixel)]
     pixel: Option<[u32; 2]>,
+    /// Through a point of the picture: 0,0 is the bottom left corner, 1,1 the top right
+    #[arg(long, group = "target", value_name = "X,Y", value_parser = normalized)]
+    normalized: Option<[f64; 2]>,
     /// Along a ray: origin and direction in world coordinates
     #[arg(long, group = "target", value_name = "OX,OY,OZ,DX,DY,DZ", value_parser = ray, allow_hyphen_values = true)]
     ray: Option<Ray>,
@@ -84,6 +87,12 @@ fn pixel(text: &str) -> Result<[u32; 2], String> {
     numbers(text, "column and row as in 640,360, from 0 up")
 }
 
+fn normalized(text: &str) -> Result<[f64; 2], String> {
+    let point: [f64; 2] = numbers(text, "a point as in 0.5,0.25, from the bottom left")?;
+    let inside = point.iter().all(|v| (0.0..=1.0).contains(v));
+    if inside { Ok(point) } else { Err("a point of the picture has coordinates from 0 to 1".to_owned()) }
+}
+
 fn ray(text: &str) -> Result<Ray, String> {
     let [ox, oy, oz, dx, dy, dz] = numbers(text, "origin and direction as in 0,0,100,0,0,-1")?;
     Ray::new(DVec3::new(ox, oy, oz), DVec3::new(dx, dy, dz)).map_err(|error| error.to_string())
@@ -108,19 +117,17 @@ pub(super) fn run(args: &Args) -> Outcome {
         camera: args.camera.clone(),
         ..RayPickAction::pixel(0, 0, args.size)
     };
-    let picker = action.picker(&scene).map_err(&failed)?;
     if let Some(path) = &args.rays {
+        let picker = action.picker(&scene).map_err(&failed)?;
         return stream(args, path, &scene, &picker, &failed);
     }
-    let hits = match (args.ray, args.pixel) {
-        (Some(ray), _) => picker.pick(&ray, args.all),
-        (None, Some([x, y])) => {
-            let centre = |p: u32, side: u32| (f64::from(p) + 0.5) / f64::from(side);
-            picker.pick_through(centre(x, width), centre(y, height), args.all)
-        }
-        (None, None) => return Err(Failure::Usage("give --pixel, --ray or --rays".to_owned())),
+    let target = match (args.ray, args.pixel, args.normalized) {
+        (Some(ray), ..) => PickTarget::Ray(ray),
+        (_, Some([x, y]), _) => PickTarget::Pixel(f64::from(x) + 0.5, f64::from(y) + 0.5),
+        (.., Some([x, y])) => PickTarget::Normalized(x, y),
+        (None, None, None) => return Err(Failure::Usage("give --pixel, --normalized, --ray or --rays".to_owned())),
     };
-    let hits = hits.map_err(&failed)?;
+    let hits = RayPickAction { target, all: args.all, ..action }.apply(&scene).map_err(&failed)?;
     let mut out = Output::new();
     if args.json {
         out.json(&Hits::new(&hits, &scene))?;

@@ -153,7 +153,7 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, factors: Fact
     if variant.edges() {
         w.vec3(draw.lines.color, 0.5 * draw.lines.width);
     }
-    if !variant.color_by_patch() && !normals {
+    if !variant.color_by_patch() && !normals && !e.vertex_colors {
         w.vec3(diffuse, m.opacity);
     }
     if e.ambient {

@@ -49,6 +49,30 @@ impl Path {
         self.steps.starts_with(&other.steps)
     }
 
+    /// Whether another path is a part of this one: its nodes stand here one after the other, each the same child of the one
+    /// before. What the first of them is a child of does not matter, so that the path of one node is part of all that lead
+    /// through it.
+    ///
+    /// ```
+    /// use seamount::prelude::*;
+    ///
+    /// let mut scene = Scene::new();
+    /// let group = scene.add(scene.root(), Separator::default())?;
+    /// let cube = scene.add(group, Cube::default())?;
+    /// let path = SearchAction { node: Some(cube), ..SearchAction::default() }.apply(&scene)?.remove(0);
+    /// assert!(path.contains(&Path::new(group)) && path.contains(&path));
+    /// let mut part = Path::new(group);
+    /// part.push(cube, 1);
+    /// assert!(!path.contains(&part), "it is child 0");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn contains(&self, part: &Path) -> bool {
+        let Some((&(first, _), rest)) = part.steps.split_first() else { return true };
+        let starts = self.steps.iter().enumerate().filter(|(_, (key, _))| *key == first);
+        starts.into_iter().any(|(at, _)| self.steps.iter().skip(at + 1).take(rest.len()).eq(rest))
+    }
+
     /// Number of nodes.
     #[must_use]
     pub fn len(&self) -> usize {
