@@ -17,6 +17,7 @@ mod ground;
 mod index;
 mod matrix;
 mod pick_cone;
+mod program;
 mod ray;
 mod ray_pick;
 mod render;
@@ -47,6 +48,9 @@ pub use matrix::MatrixAction;
 pub use pick_cone::{Near, PickCone};
 pub(crate) use ray::{Crossings, Meeting, meet_triangle};
 pub use ray::{Ray, RayError, intersect_triangle};
+pub use program::{
+    DrawProgram, FragmentUses, ProgramCode, ShaderOrigin, ShaderText, ShaderUses, VertexUses,
+};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
 pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::{Interest, SearchAction};

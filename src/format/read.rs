@@ -15,8 +15,11 @@ use super::error::{Mistake, Problem, ReadError};
 use super::syntax::{self, Expecting};
 use super::text::{Payload, Places, payload, skip_blank, within};
 use super::{MAX_NESTING, VERSION};
-use crate::node::{FieldError, FieldInfo, FieldValue, Node, NodeInfo, Registry, Texture2, nearest};
-use crate::scene::{ImageError, NodeKey, Position, Scene};
+use crate::node::{
+    FieldError, FieldInfo, FieldProblem, FieldValue, Node, NodeInfo, Registry, ShaderSource, Texture2, active_stage, nearest,
+    unknown_parameters,
+};
+use crate::scene::{ImageError, NodeKey, Position, Scene, TextError};
 
 /// Steps of recursion that ron takes per nested node: the list, its element, the enum, its payload and the field's value,
 /// and three more for a `Def` around it.
@@ -654,27 +657,37 @@ impl<'t> NodeFields<'_, 't, '_> {
                 reader.mistake_at(child.position, Problem::Child(error));
             }
         }
-        if let Some(error) = missing_image(&reader.scene, key) {
-            reader.mistake_at(at("filename"), Problem::Image(error));
+        if let Some((field, problem)) = missing_file(&reader.scene, key) {
+            reader.mistake_at(at(field), problem);
+        }
+        for (parameter, FieldProblem { field, message }) in unknown_parameters(&reader.scene, key) {
+            let position = reader.fields.get(&(parameter, field)).copied().unwrap_or(position);
+            reader.mistake_at(position, Problem::Field { field, message });
         }
         reader.fields.extend(given.iter().map(|&(name, _, value)| ((key, name), value)));
         Some(key)
     }
 }
 
-/// Why the image file of a texture can not be had, as far as can be told without opening it.
-fn missing_image(scene: &Scene, key: NodeKey) -> Option<ImageError> {
+/// Why the file that a node names can not be had, as far as can be told without opening it, and the field that names it.
+fn missing_file(scene: &Scene, key: NodeKey) -> Option<(&'static str, Problem)> {
     scene.source()?;
+    if let Some((_, ShaderSource::File(name))) = active_stage(scene, key) {
+        let path = scene.resolve(name);
+        let error = std::fs::metadata(&path).err()?;
+        return Some(("source_program", Problem::Shape(TextError::of(&path, error).into())));
+    }
     let filename = &scene.get::<Texture2>(key)?.filename;
     if filename.is_empty() {
         return None;
     }
     let path = scene.resolve(filename);
     let error = std::fs::metadata(&path).err()?;
-    Some(match error.kind() {
+    let error = match error.kind() {
         std::io::ErrorKind::NotFound => ImageError::Missing { path },
         _ => ImageError::Unreadable { path, error: error.into() },
-    })
+    };
+    Some(("filename", Problem::Image(error)))
 }
 
 impl<'t> Visitor<'t> for NodeFields<'_, 't, '_> {
