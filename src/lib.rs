@@ -80,8 +80,8 @@ pub mod prelude {
         LightingModel, LineSet, List, Lod, Material, Matrix, MatrixTransform, MultipleCopy, Node, Normal,
         NormalBinding, NormalMap, OrthographicCamera, PerspectiveCamera, PickStyle, PickStyleKind, Plane, PointLight,
         PointSet, PolygonOffset, QuadMesh, Ramp, RampBy, Reset, ResetTransform, Rotation, RotationXyz, Scale,
-        SeamlessTerrain, Separator, ShaderParameter, ShaderProgram, ShaderSource, ShaderValue, ShapeHints, ShapeType, Sphere,
-        SpotLight, Style, Switch, Texture2, Texture2Transform, TextureCoordinate2, TextureUnit, Transform,
+        SeamlessTerrain, Separator, ShaderParameter, ShaderProgram, ShaderSource, ShaderValue, ShapeHints, ShapeType,
+        Sphere, SpotLight, Style, Switch, Texture2, Texture2Transform, TextureCoordinate2, TextureUnit, Transform,
         TransformSeparator, Translation, TriangleStripSet, Units, VertexOrdering, VertexProperty, VertexShader,
         VoidMode,
     };

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{CameraError, RayError};
+use super::{CameraError, RayError, ShaderOrigin};
 use crate::node::FieldProblem;
 use crate::scene::{ImageError, NodeKey, Path, Position, Scene, TextError};
 use crate::terrain::{HeightFieldError, ResolutionsError};
@@ -43,6 +43,14 @@ pub enum ShapeError {
     /// The text of a shader can not be had.
     #[error(transparent)]
     Text(#[from] TextError),
+    /// The text of a shader does not have the function that is called.
+    #[error("{origin}: the text has no function `{}`: write `fn {signature} {{ … }}`", signature.split('(').next().unwrap_or_default())]
+    NoFunction {
+        /// Where the text stands.
+        origin: ShaderOrigin,
+        /// The function, from its name on.
+        signature: &'static str,
+    },
     /// A shader asks for a texture where there is none.
     #[error(
         "the shader's parameter {name} is to be on texture unit {unit}, but there is nothing: put `TextureUnit(unit: {unit})` \

@@ -46,11 +46,11 @@ pub use ground::GroundPoint;
 pub(crate) use index::{Index, IndexCache};
 pub use matrix::MatrixAction;
 pub use pick_cone::{Near, PickCone};
+#[cfg(feature = "render")]
+pub(crate) use program::function_in;
+pub use program::{DrawProgram, FragmentUses, ProgramCode, ShaderOrigin, ShaderText, ShaderUses, VertexUses};
 pub(crate) use ray::{Crossings, Meeting, meet_triangle};
 pub use ray::{Ray, RayError, intersect_triangle};
-pub use program::{
-    DrawProgram, FragmentUses, ProgramCode, ShaderOrigin, ShaderText, ShaderUses, VertexUses,
-};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
 pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::{Interest, SearchAction};

@@ -215,6 +215,14 @@ impl Program {
                 continue;
             }
             let words = Words::new(&text);
+            let signature = match stage {
+                Stage::Vertex => "vertex_shader(vertex: Vertex) -> vec3f",
+                Stage::Fragment => "fragment_shader(fragment: Fragment) -> vec3f",
+            };
+            let name = signature.split('(').next().unwrap_or_default();
+            if words.function(name).is_none() {
+                return Err(ShapeError::NoFunction { origin, signature });
+            }
             match stage {
                 Stage::Vertex => uses.vertex = Some(words.vertex_uses()),
                 Stage::Fragment => uses.fragment = Some(words.fragment_uses()),
@@ -290,6 +298,11 @@ impl<'t> Words<'t> {
         self.0.windows(sequence.len()).any(|words| words == sequence)
     }
 
+    /// The words that the definition of a function starts with.
+    fn function(&self, name: &str) -> Option<&'t str> {
+        self.0.windows(2).find(|words| *words == ["fn", name]).and_then(|words| words.first().copied())
+    }
+
     fn vertex_uses(&self) -> VertexUses {
         let member = |name| self.has(&[".", name]);
         VertexUses {
@@ -312,6 +325,13 @@ impl<'t> Words<'t> {
             height: self.has(&["terrain_height", "("]),
         }
     }
+}
+
+/// Where a text defines a function, in bytes.
+#[cfg(feature = "render")]
+pub(crate) fn function_in(text: &str, name: &str) -> Option<usize> {
+    // The words are slices of the text.
+    Words::new(text).function(name).map(|word| word.as_ptr() as usize - text.as_ptr() as usize)
 }
 
 /// Length of the comment that a text starts with; they nest.

@@ -16,8 +16,8 @@ use super::syntax::{self, Expecting};
 use super::text::{Payload, Places, payload, skip_blank, within};
 use super::{MAX_NESTING, VERSION};
 use crate::node::{
-    FieldError, FieldInfo, FieldProblem, FieldValue, Node, NodeInfo, Registry, ShaderSource, Texture2, active_stage, nearest,
-    unknown_parameters,
+    FieldError, FieldInfo, FieldProblem, FieldValue, Node, NodeInfo, Registry, ShaderSource, Texture2, active_stage,
+    nearest, unknown_parameters,
 };
 use crate::scene::{ImageError, NodeKey, Position, Scene, TextError};
 

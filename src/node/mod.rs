@@ -86,6 +86,8 @@ pub use round::{Cone, ConePart, Cylinder, CylinderPart, Sphere};
 pub(crate) use seamless_terrain::Placed;
 pub use seamless_terrain::{ColorMode, DetailMode, SeamlessTerrain, VoidMode, lattice_view};
 pub use separator::{Separator, TransformSeparator};
+#[cfg(feature = "render")]
+pub(crate) use shader::Numbers;
 pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderSource, ShaderValue, VertexShader};
 pub(crate) use shader::{Stage, active_stage, unknown_parameters};
 pub use switch::Switch;
