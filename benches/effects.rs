@@ -54,7 +54,7 @@ const EFFECTS: &[(&str, Nodes)] = &[
         add(s, r, DetailTextures::default());
     }),
     ("lines on faces", |s, r| add(s, r, DrawStyle { style: Style::FilledLines, ..Default::default() })),
-    ("transparency", |s, r| add(s, r, Material { transparency: 0.3, ..Default::default() })),
+    ("transparency", |s, r| add(s, r, Material { transparency: List::from(0.3), ..Default::default() })),
 ];
 
 fn scene(map: &Arc<Image>, effects: &[Nodes]) -> Scene {

@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         },
     )?;
     scene.add(root, DirectionalLight { direction: DVec3::new(1.0, 0.4, -0.6), ..DirectionalLight::default() })?;
-    scene.add(root, Material { diffuse_color: Color::new(0.9, 0.9, 0.85), ..Material::default() })?;
+    scene.add(root, Material { diffuse_color: Color::new(0.9, 0.9, 0.85).into(), ..Material::default() })?;
     let ground = scene.add(root, Separator::default())?;
     scene.set_name(ground, "ground")?;
     scene.add(ground, Complexity { texture_quality: 1.0, ..Complexity::default() })?;

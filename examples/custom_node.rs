@@ -46,6 +46,7 @@ impl ShapeNode for Pyramid {
                 points,
                 normals: [normal; 3],
                 uvs: points.map(|p| DVec2::new(p.x, p.y) / self.side + 0.5),
+                ..Triangle::default()
             });
         };
         for k in 0..4 {

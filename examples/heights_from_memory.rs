@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     scene
         .add(root, PerspectiveCamera { orientation: AxisAngle::new(DVec3::X, 0.9), ..PerspectiveCamera::default() })?;
     scene.add(root, DirectionalLight { direction: DVec3::new(1.0, 0.5, -0.7), ..DirectionalLight::default() })?;
-    scene.add(root, BaseColor { rgb: Color::new(0.35, 0.55, 0.75) })?;
+    scene.add(root, BaseColor { rgb: Color::new(0.35, 0.55, 0.75).into() })?;
     scene.add(root, Texture2::from_image(image))?;
     // Heights of 1 are 1 unit high on a ground of 10 units.
     scene.add(

@@ -70,7 +70,7 @@ fn fuji() -> Result<Scene, Box<dyn Error>> {
     )?;
     scene.add(root, DirectionalLight { direction: DVec3::new(1.0, -0.3, -0.6), ..DirectionalLight::default() })?;
     let stone = Color::new(0.86, 0.82, 0.76);
-    scene.add(root, Material { ambient_color: stone, diffuse_color: stone, ..Material::default() })?;
+    scene.add(root, Material { ambient_color: stone.into(), diffuse_color: stone.into(), ..Material::default() })?;
     let map = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/fuji.png");
     scene.add(root, Texture2 { filename: map.to_owned(), ..Texture2::default() })?;
     scene.add(

@@ -73,17 +73,17 @@ pub mod prelude {
         PickedPoint, PrimitiveCountAction, Ray, RayPickAction, RenderAction, SearchAction, Surface, View,
     };
     pub use crate::node::{
-        Array, ArrayOrigin, Axis, AxisAngle, Background, BaseColor, Binding, ClipPlane, Color, ColorMode, ColorRamp,
-        Complexity, Cone, ConePart, ContourLines, Coordinate3, Cube, Cylinder, CylinderPart, DetailMode,
+        Array, ArrayOrigin, Axis, AxisAngle, Background, BaseColor, Binding, Callback, ClipPlane, Color, ColorMode,
+        ColorRamp, Complexity, Cone, ConePart, ContourLines, Coordinate3, Cube, Cylinder, CylinderPart, DetailMode,
         DetailTextures, DirectionalLight, DrawStyle, Environment, FaceSet, FaceType, FogType, FragmentShader, Group,
         IndexedFaceSet, IndexedLineSet, IndexedTriangleStripSet, Info, Label, Length, LevelOfDetail, LightModel,
-        LightingModel, LineSet, List, Lod, Material, Matrix, MatrixTransform, MultipleCopy, Node, Normal,
-        NormalBinding, NormalMap, OrthographicCamera, PerspectiveCamera, PickStyle, PickStyleKind, Plane, PointLight,
-        PointSet, PolygonOffset, QuadMesh, Ramp, RampBy, Reset, ResetTransform, Rotation, RotationXyz, Scale,
-        SeamlessTerrain, Separator, ShaderParameter, ShaderProgram, ShaderSource, ShaderValue, ShapeHints, ShapeType,
-        Sphere, SpotLight, Style, Switch, Texture2, Texture2Transform, TextureCoordinate2, TextureUnit, Transform,
-        TransformSeparator, Translation, TriangleStripSet, Units, VertexOrdering, VertexProperty, VertexShader,
-        VoidMode,
+        LightingModel, LineSet, List, Lod, Material, MaterialBinding, Matrix, MatrixTransform, MultipleCopy, Node,
+        Normal, NormalBinding, NormalMap, OrthographicCamera, PerspectiveCamera, PickStyle, PickStyleKind, Plane,
+        PointLight, PointSet, PolygonOffset, QuadMesh, Ramp, RampBy, Reset, ResetTransform, Rotation, RotationXyz,
+        Scale, SeamlessTerrain, Separator, ShaderParameter, ShaderProgram, ShaderSource, ShaderValue, ShapeHints,
+        ShapeType, Sphere, SpotLight, Style, Switch, Texture2, Texture2Transform, TextureCoordinate2, TextureUnit,
+        Transform, TransformSeparator, Translation, TriangleStripSet, Units, VertexOrdering, VertexProperty,
+        VertexShader, VoidMode,
     };
     pub use crate::scene::{EditError, Image, NodeKey, Path, Pixels, Scene};
 }

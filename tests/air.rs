@@ -20,7 +20,7 @@ fn plane(perspective: bool, environment: Environment) -> Scene {
         scene.add(root, OrthographicCamera { position, look_at, height: 30.0, ..Default::default() }).unwrap();
     }
     scene.add(root, environment).unwrap();
-    scene.add(root, BaseColor { rgb: Color::new(0.9, 0.4, 0.1) }).unwrap();
+    scene.add(root, BaseColor { rgb: Color::new(0.9, 0.4, 0.1).into() }).unwrap();
     scene.add(root, Cube { width: 400.0, height: 200.0, depth: 0.0 }).unwrap();
     scene
 }

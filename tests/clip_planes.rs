@@ -19,7 +19,7 @@ fn shapes(scene: &mut Scene, group: NodeKey) {
     let samples: Vec<u16> = (0..17 * 17u32).map(|i| (i * 7919 % 40_000) as u16).collect();
     for (k, color) in colors.into_iter().enumerate() {
         let place = scene.add(group, Separator::default()).unwrap();
-        scene.add(place, BaseColor { rgb: color }).unwrap();
+        scene.add(place, BaseColor { rgb: color.into() }).unwrap();
         let corner = DVec3::new(if k % 2 == 0 { -1.3 } else { 1.3 }, if k < 2 { -1.3 } else { 1.3 }, 0.0);
         scene.add(place, Translation { translation: corner }).unwrap();
         match k {
@@ -62,7 +62,7 @@ fn camera(scene: &mut Scene, k: usize) {
 
 fn color_of(scene: &Scene, hit: &PickedPoint) -> [f32; 3] {
     let group = hit.path.nodes().nth_back(1).unwrap();
-    let color = scene.children(group).iter().find_map(|&key| scene.get::<BaseColor>(key)).unwrap().rgb;
+    let color = scene.children(group).iter().find_map(|&key| scene.get::<BaseColor>(key)).unwrap().rgb[0];
     color.linear().to_array()
 }
 

@@ -29,7 +29,7 @@ fn ground_within(height_angle: f64, nodes: impl FnOnce(&mut dyn FnMut(Box<dyn No
     let root = scene.root();
     let (position, look_at) = (Some(DVec3::new(250.0, -150.0, 420.0)), Some(DVec3::new(200.0, 180.0, 20.0)));
     scene.add(root, PerspectiveCamera { position, look_at, height_angle, ..Default::default() }).unwrap();
-    scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
+    scene.add(root, BaseColor { rgb: Color::WHITE.into() }).unwrap();
     scene.add(root, Texture2::from_image(hills())).unwrap();
     nodes(&mut |node| {
         let key = scene.insert_boxed(node);
@@ -166,7 +166,7 @@ fn a_lake_at_the_height_of_a_line_stays_clear() {
     let mut scene = Scene::new();
     let root = scene.root();
     scene.add(root, PerspectiveCamera { orientation: AxisAngle::new(DVec3::X, 0.5), ..Default::default() }).unwrap();
-    scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
+    scene.add(root, BaseColor { rgb: Color::WHITE.into() }).unwrap();
     scene.add(root, Texture2::from_image(flat)).unwrap();
     scene.add(root, ContourLines::default()).unwrap();
     scene.add(root, SeamlessTerrain::default()).unwrap();
@@ -324,7 +324,14 @@ fn normal_maps_turn_the_light() {
             .unwrap();
         scene.add(root, DirectionalLight { direction, ..Default::default() }).unwrap();
         scene
-            .add(root, Material { ambient_color: Color::BLACK, diffuse_color: Color::WHITE, ..Default::default() })
+            .add(
+                root,
+                Material {
+                    ambient_color: Color::BLACK.into(),
+                    diffuse_color: Color::WHITE.into(),
+                    ..Default::default()
+                },
+            )
             .unwrap();
         let flat = Image::new(9, 9, Pixels::Gray16(vec![30_000; 81])).unwrap();
         scene.add(root, Texture2::from_image(flat)).unwrap();

@@ -33,6 +33,8 @@ struct Build {
     scene: Scene,
     group: NodeKey,
     terrain: SeamlessTerrain,
+    /// What stands in place of the terrain, for effects that terrains do not have.
+    mesh: Option<IndexedFaceSet>,
 }
 
 impl Build {
@@ -61,11 +63,14 @@ fn scene(nodes: fn(&mut Build)) -> Scene {
     scene.add(cube, Cube { width: 0.2, height: 0.2, depth: 0.2 }).unwrap();
     let group = scene.add(root, Separator::default()).unwrap();
     let terrain = SeamlessTerrain { detail: DetailMode::Full, max_height: 0.2, ..SeamlessTerrain::default() };
-    let mut build = Build { scene, group, terrain };
+    let mut build = Build { scene, group, terrain, mesh: None };
     build.add(Texture2::from_image(Arc::new(hills())));
     nodes(&mut build);
     let terrain = build.terrain.clone();
-    build.add(terrain);
+    match build.mesh.take() {
+        Some(mesh) => build.add(mesh),
+        None => build.add(terrain),
+    };
     build.scene
 }
 
@@ -104,6 +109,15 @@ fn bumps(b: &mut Build) {
 fn halves(b: &mut Build) {
     let image = Image::new(2, 1, Pixels::Rgba8(vec![[255, 255, 255, 255], [255, 0, 0, 255]])).unwrap();
     b.add(TextureUnit { unit: 1 }).add(Texture2::from_image(image));
+}
+
+/// Two triangles in the plane of the ground, in place of it.
+fn mesh(b: &mut Build) {
+    b.add(TextureUnit { unit: 0 }).add(Texture2::default());
+    let point = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y].into();
+    b.add(Coordinate3 { point });
+    let coord_index = [0, 1, 2, -1, 0, 2, 3, -1].into();
+    b.mesh = Some(IndexedFaceSet { coord_index, ..IndexedFaceSet::default() });
 }
 
 fn lamp() -> PointLight {
@@ -192,7 +206,7 @@ fn pairs() -> Vec<Pair> {
             without: sun,
             with: |b| {
                 sun(b);
-                b.add(Material { specular_color: Color::WHITE, ..Default::default() });
+                b.add(Material { specular_color: Color::WHITE.into(), ..Default::default() });
             },
             changes: |hit| lit_by(hit, DVec3::new(-0.5, -0.3, 1.0)).filter(|lit| !lit),
         },
@@ -203,7 +217,7 @@ fn pairs() -> Vec<Pair> {
             without: sun,
             with: |b| {
                 sun(b);
-                b.add(Material { emissive_color: Color::new(0.3, 0.0, 0.0), ..Default::default() });
+                b.add(Material { emissive_color: Color::new(0.3, 0.0, 0.0).into(), ..Default::default() });
             },
             changes: always,
         },
@@ -213,7 +227,7 @@ fn pairs() -> Vec<Pair> {
             words: &["opacity = draw", "fragment_depth"],
             without: |_| (),
             with: |b| {
-                b.add(Material { transparency: 0.5, ..Default::default() });
+                b.add(Material { transparency: List::from(0.5), ..Default::default() });
             },
             changes: always,
         },
@@ -356,6 +370,19 @@ fn pairs() -> Vec<Pair> {
             without: |_| (),
             with: |b| b.terrain.color_mode = ColorMode::Parts,
             changes: always,
+        },
+        Pair {
+            effect: "color-by-vertex",
+            brings: &[],
+            words: &["color: vec4", "in.color"],
+            without: mesh,
+            with: |b| {
+                mesh(b);
+                // The first half as it was.
+                b.add(BaseColor { rgb: [Color::new(0.8, 0.8, 0.8), Color::WHITE].into() });
+                b.add(MaterialBinding { value: Binding::PerFace });
+            },
+            changes: |hit| Some(hit.point.x < hit.point.y).filter(|_| (hit.point.x - hit.point.y).abs() > 1e-3),
         },
         Pair {
             effect: "color-by-normal",
@@ -528,9 +555,7 @@ fn what_is_not_asked_for_is_nowhere() {
     for pair in pairs() {
         let name = pair.effect;
         let ((_, without), (_, with)) = (frame(pair.without), frame(pair.with));
-        let ground = |frame: &Frame| -> Draw {
-            frame.draws.iter().find(|d| d.effects.geometry != Default::default()).unwrap().clone()
-        };
+        let ground = |frame: &Frame| -> Draw { frame.draws.last().unwrap().clone() };
         let used = |frame: &Frame| -> BTreeSet<&str> {
             let effects = ground(frame).effects;
             EFFECTS.iter().filter(|e| e.is_on(&effects)).map(|e| e.name).collect()
@@ -564,11 +589,7 @@ fn what_is_not_asked_for_is_nowhere() {
         let third = fresh.draw(&without).unwrap().report;
         assert_eq!(third.pipelines_made, 0, "{name}");
         assert!(second.gpu_bytes >= first.gpu_bytes, "{name}");
-        let ground_cost = |frame: &Frame, costs: &[seamount::render::DrawCost]| {
-            let place = frame.draws.iter().position(|d| d.effects.geometry != Default::default()).unwrap();
-            costs[place]
-        };
-        let (cost, costs) = (ground_cost(&without, &cost), ground_cost(&with, &costs));
+        let (cost, costs) = (cost.last().unwrap(), costs.last().unwrap());
         if !name.starts_with("color-by") {
             assert!(costs.texture_bytes >= cost.texture_bytes, "{name}: {costs:?} after {cost:?}");
             assert!(costs.uniform_bytes >= cost.uniform_bytes, "{name}: {costs:?} after {cost:?}");
@@ -606,7 +627,7 @@ fn effects_are_seen_where_they_act_and_nowhere_else() {
             }
             let differs = before.at(x, y) != after.at(x, y);
             let wanted = match &hit {
-                Some(hit) if hit.path.names(&scene).last().is_some_and(|n| n.starts_with("SeamlessTerrain")) => {
+                Some(hit) if !hit.path.names(&scene).last().is_some_and(|n| n.starts_with("Cube")) => {
                     (pair.changes)(hit)
                 }
                 _ => Some(false),
@@ -626,7 +647,7 @@ fn effects_are_put_down_to_the_nodes_that_asked() {
     let mut scene = Scene::with_root(Separator::default());
     let root = scene.root();
     scene.add(root, PerspectiveCamera::default()).unwrap();
-    let shine = scene.add(root, Material { specular_color: Color::WHITE, ..Default::default() }).unwrap();
+    let shine = scene.add(root, Material { specular_color: Color::WHITE.into(), ..Default::default() }).unwrap();
     scene.add(root, DirectionalLight::default()).unwrap();
     // The same node again, in a separator that ends before the cube.
     let aside = scene.add(root, Separator::default()).unwrap();
@@ -655,7 +676,7 @@ fn scenes_with_the_same_effects_share_a_shader() {
     let mut gpu = headless();
     let one = frame(|b| {
         sun(b);
-        b.add(Material { diffuse_color: Color::new(0.1, 0.2, 0.3), ..Default::default() });
+        b.add(Material { diffuse_color: Color::new(0.1, 0.2, 0.3).into(), ..Default::default() });
     });
     gpu.draw(&one.1).unwrap();
     let other = frame(sun);
@@ -675,11 +696,11 @@ fn what_is_transparent_is_mixed_from_back_to_front() {
         let place = scene.add(root, Separator::default()).unwrap();
         let translation = DVec3::Z * (6.0 - 4.0 * k as f64);
         scene.add(place, Transform { translation, ..Default::default() }).unwrap();
-        let transparency = if k == 1 { 0.0 } else { 0.25 + 0.25 * k as f32 };
-        scene.add(place, Material { diffuse_color: color, transparency, ..Default::default() }).unwrap();
+        let transparency = List::from(if k == 1 { 0.0 } else { 0.25 + 0.25 * k as f32 });
+        scene.add(place, Material { diffuse_color: color.into(), transparency, ..Default::default() }).unwrap();
         scene.add(place, Cube::default()).unwrap();
     }
-    let hidden = scene.add(root, Material { transparency: 1.0, ..Default::default() }).unwrap();
+    let hidden = scene.add(root, Material { transparency: List::from(1.0), ..Default::default() }).unwrap();
     scene.add(root, Transform { translation: DVec3::Z * 12.0, ..Default::default() }).unwrap();
     scene.add(root, Cube::default()).unwrap();
     let frame = RenderAction { background: Color::WHITE, ..RenderAction::new(32, 32) }.apply(&scene).unwrap();
@@ -690,7 +711,7 @@ fn what_is_transparent_is_mixed_from_back_to_front() {
     assert_eq!(got.map(|c| (c * 1000.0).round()), [750.0, 250.0, 0.0, 1000.0]);
     // With the green one half transparent all three mix.
     let green = scene.children(scene.children(root)[2])[1];
-    scene.edit::<Material>(green).unwrap().transparency = 0.5;
+    scene.edit::<Material>(green).unwrap().transparency = List::from(0.5);
     assert!(scene.node(hidden).is_some());
     let frame = RenderAction { background: Color::WHITE, ..RenderAction::new(32, 32) }.apply(&scene).unwrap();
     let got = linear().draw(&frame).at(16, 16);

@@ -306,6 +306,10 @@ fn color() -> impl Strategy<Value = Color> {
     (small(), small(), small()).prop_map(|(r, g, b)| Color::new(r, g, b))
 }
 
+fn colors() -> impl Strategy<Value = List<Color>> {
+    proptest::collection::vec(color(), 0..3).prop_map(List::from)
+}
+
 fn turn() -> impl Strategy<Value = AxisAngle> {
     (point(), number()).prop_map(|(axis, angle)| AxisAngle::new(axis, angle))
 }
@@ -355,13 +359,14 @@ fn leaf() -> impl Strategy<Value = std::sync::Arc<Boxed>> {
         }),
         (color(), point())
             .prop_map(|(color, location)| Box::new(PointLight { color, location, ..Default::default() }) as Boxed),
-        (color(), color(), color(), 0f32..=1.0).prop_map(
+        (colors(), colors(), colors(), proptest::collection::vec(0f32..=1.0, 0..3)).prop_map(
             |(ambient_color, diffuse_color, specular_color, shininess)| {
+                let shininess = shininess.into();
                 Box::new(Material { ambient_color, diffuse_color, specular_color, shininess, ..Default::default() })
                     as Boxed
             }
         ),
-        color().prop_map(|rgb| Box::new(BaseColor { rgb }) as Boxed),
+        colors().prop_map(|rgb| Box::new(BaseColor { rgb }) as Boxed),
         (0.0..=1.0, 0.0..=1.0)
             .prop_map(|(value, texture_quality)| Box::new(Complexity { value, texture_quality }) as Boxed),
         any::<u32>().prop_map(|unit| Box::new(TextureUnit { unit }) as Boxed),

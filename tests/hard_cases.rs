@@ -87,7 +87,7 @@ impl Ground {
         let mut scene = Scene::new();
         let root = scene.root();
         scene.add(root, camera).unwrap();
-        scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
+        scene.add(root, BaseColor { rgb: Color::WHITE.into() }).unwrap();
         scene.add(root, Texture2::from_image(Arc::clone(&self.map))).unwrap();
         for transform in &self.place {
             scene.add(root, transform.clone()).unwrap();
@@ -1119,7 +1119,7 @@ mod picture {
                     continue;
                 }
                 let normal = (points[1] - points[0]).cross(points[2] - points[0]).normalize();
-                triangles.push(Triangle { points, normals: [normal; 3], uvs: [DVec2::ZERO; 3] });
+                triangles.push(Triangle { points, normals: [normal; 3], ..Triangle::default() });
             }
         }
         triangles

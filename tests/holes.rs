@@ -882,7 +882,7 @@ mod picture {
         let root = scene.root();
         let camera = PerspectiveCamera { position: Some(eye), look_at: Some(target), ..PerspectiveCamera::default() };
         scene.add(root, camera).unwrap();
-        scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
+        scene.add(root, BaseColor { rgb: Color::WHITE.into() }).unwrap();
         scene.add(root, Texture2::from_image(Arc::clone(map))).unwrap();
         scene.add(root, terrain).unwrap();
         scene
@@ -1002,7 +1002,7 @@ mod picture {
                         scene.add(root, DirectionalLight::default()).unwrap();
                         scene.add(root, PointLight { location: eye, ..PointLight::default() }).unwrap();
                     }
-                    scene.add(root, Material { specular_color: Color::WHITE, ..Material::default() }).unwrap();
+                    scene.add(root, Material { specular_color: Color::WHITE.into(), ..Material::default() }).unwrap();
                     scene.add(root, Texture2::from_image(Arc::clone(&map))).unwrap();
                     if colored {
                         scene.add(root, TextureUnit { unit: 1 }).unwrap();

@@ -38,7 +38,7 @@ fn draw(map: &Arc<Image>, terrain: &SeamlessTerrain, camera: &Camera, offset: DV
     if !together {
         scene.add(root, moved).unwrap();
     }
-    scene.add(root, Material { specular_color: Color::WHITE, ..Default::default() }).unwrap();
+    scene.add(root, Material { specular_color: Color::WHITE.into(), ..Default::default() }).unwrap();
     scene.add(root, Texture2::from_image(Arc::clone(map))).unwrap();
     scene.add(root, terrain.clone()).unwrap();
     let action = RenderAction { background: Color::new(1.0, 0.0, 1.0), ..RenderAction::new(camera.size, camera.size) };
@@ -161,7 +161,7 @@ fn an_edge_moves_by_what_a_millimetre_is_worth() {
             let orientation = AxisAngle::new(DVec3::Z, 0.3);
             scene.add(root, PerspectiveCamera { position: Some(position), orientation, ..Default::default() }).unwrap();
             scene.add(root, Transform { translation: offset, ..Transform::default() }).unwrap();
-            scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
+            scene.add(root, BaseColor { rgb: Color::WHITE.into() }).unwrap();
             scene.add(root, Texture2::from_image(Arc::clone(&map))).unwrap();
             scene.add(root, terrain.clone()).unwrap();
             let frame = RenderAction::new(size, size).apply(&scene).unwrap();

@@ -74,9 +74,9 @@ fn equation(material: &Material, environment: &Environment, lamps: &[Lamp], at: 
         Lamp::Spot(l) => l.on,
     });
     if !lit {
-        return (linear(material.diffuse_color).to_array(), 1.0);
+        return (linear(material.diffuse_color[0]).to_array(), 1.0);
     }
-    let mut sum = linear(material.emissive_color) + linear(material.ambient_color) * ambient;
+    let mut sum = linear(material.emissive_color[0]) + linear(material.ambient_color[0]) * ambient;
     let mut edge = 1.0f64;
     for lamp in lamps {
         let (on, intensity, color) = match lamp {
@@ -112,8 +112,8 @@ fn equation(material: &Material, environment: &Environment, lamps: &[Lamp], at: 
         edge = edge.min(cosine.abs());
         if cosine > 0.0 {
             let half_way = (towards + at.towards_eye).normalize();
-            let highlight = at.normal.dot(half_way).max(0.0).powf(128.0 * f64::from(material.shininess));
-            let reflected = linear(material.diffuse_color) * cosine + linear(material.specular_color) * highlight;
+            let highlight = at.normal.dot(half_way).max(0.0).powf(128.0 * f64::from(material.shininess[0]));
+            let reflected = linear(material.diffuse_color[0]) * cosine + linear(material.specular_color[0]) * highlight;
             sum += linear(color) * f64::from(intensity) * share * reflected;
         }
     }
@@ -131,12 +131,12 @@ fn light_is_what_open_inventors_equations_say() {
     for case in 0..100 {
         let dark = |rng: &mut Rng| if rng.below(2) == 0 { Color::BLACK } else { color(rng) };
         let material = Material {
-            ambient_color: dark(&mut rng),
-            diffuse_color: color(&mut rng),
-            specular_color: dark(&mut rng),
-            emissive_color: dark(&mut rng),
-            shininess: rng.unit() as f32,
-            transparency: 0.0,
+            ambient_color: dark(&mut rng).into(),
+            diffuse_color: color(&mut rng).into(),
+            specular_color: dark(&mut rng).into(),
+            emissive_color: dark(&mut rng).into(),
+            shininess: List::from(rng.unit() as f32),
+            transparency: List::from(0.0),
         };
         let weakens = rng.below(2) == 0;
         let environment = Environment {
@@ -273,7 +273,14 @@ fn base_color_ignores_light() {
             scene.add(root, PointLight::default()).unwrap();
         }
         scene
-            .add(root, Material { specular_color: Color::WHITE, emissive_color: Color::WHITE, ..Default::default() })
+            .add(
+                root,
+                Material {
+                    specular_color: Color::WHITE.into(),
+                    emissive_color: Color::WHITE.into(),
+                    ..Default::default()
+                },
+            )
             .unwrap();
         scene.add(root, LightModel { model: LightingModel::BaseColor }).unwrap();
         scene.add(root, Cube::default()).unwrap();

@@ -82,7 +82,7 @@ fn fuji(camera: PerspectiveCamera, colors: bool, change: impl FnOnce(&mut Seamle
     scene.add(root, camera).unwrap();
     scene.add(root, DirectionalLight { direction: DVec3::new(1.0, -0.3, -0.6), ..Default::default() }).unwrap();
     let rock = if colors { Color::WHITE } else { Color::new(0.86, 0.82, 0.76) };
-    scene.add(root, Material { ambient_color: rock, diffuse_color: rock, ..Default::default() }).unwrap();
+    scene.add(root, Material { ambient_color: rock.into(), diffuse_color: rock.into(), ..Default::default() }).unwrap();
     scene.add(root, Texture2::from_image(fuji_image())).unwrap();
     if colors {
         scene.add(root, Complexity { texture_quality: 1.0, ..Complexity::default() }).unwrap();
@@ -209,7 +209,7 @@ fn no_background_shows_through_the_ground() {
                     let mut scene = Scene::new();
                     let root = scene.root();
                     scene.add(root, camera(eye, look_at, 0.9)).unwrap();
-                    scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
+                    scene.add(root, BaseColor { rgb: Color::WHITE.into() }).unwrap();
                     scene.add(root, Texture2::from_image(Arc::clone(&map))).unwrap();
                     scene
                         .add(
@@ -260,7 +260,7 @@ fn a_cube_shows_its_faces_and_is_brightest_where_the_light_comes_from() {
     let root = scene.root();
     scene.add(root, camera(DVec3::new(4.0, -6.0, 5.0), DVec3::ZERO, 0.6)).unwrap();
     let light = scene.add(root, DirectionalLight::default()).unwrap();
-    scene.add(root, Material { diffuse_color: Color::WHITE, ..Default::default() }).unwrap();
+    scene.add(root, Material { diffuse_color: Color::WHITE.into(), ..Default::default() }).unwrap();
     scene.add(root, Cube::default()).unwrap();
     let action = RenderAction::new(200, 200);
     let view = action.viewpoint(&scene).unwrap();
@@ -305,9 +305,11 @@ fn lamps_and_highlights_are_where_they_belong() {
             scene.add(root, OrthographicCamera { position, look_at, height: 8.0, ..Default::default() }).unwrap();
         }
         scene.add(root, PointLight { location: DVec3::new(2.0, 0.0, 3.0), ..Default::default() }).unwrap();
-        let specular_color = if specular { Color::WHITE } else { Color::BLACK };
-        let diffuse_color = if specular { Color::BLACK } else { Color::WHITE };
-        scene.add(root, Material { diffuse_color, specular_color, shininess: 0.5, ..Default::default() }).unwrap();
+        let specular_color = List::from(if specular { Color::WHITE } else { Color::BLACK });
+        let diffuse_color = List::from(if specular { Color::BLACK } else { Color::WHITE });
+        scene
+            .add(root, Material { diffuse_color, specular_color, shininess: List::from(0.5), ..Default::default() })
+            .unwrap();
         scene.add(root, Cube { width: 8.0, height: 8.0, depth: 0.0 }).unwrap();
         scene
     };
@@ -352,7 +354,7 @@ fn the_ground_is_seen_from_above_however_it_is_mirrored() {
                 scene.add(root, OrthographicCamera { position, look_at, height: 1.5, ..Default::default() }).unwrap();
                 scene.add(root, DirectionalLight { direction: DVec3::NEG_Z * side, ..Default::default() }).unwrap();
                 scene.add(root, Transform { scale_factor: scale, ..Default::default() }).unwrap();
-                scene.add(root, Material { diffuse_color: Color::WHITE, ..Default::default() }).unwrap();
+                scene.add(root, Material { diffuse_color: Color::WHITE.into(), ..Default::default() }).unwrap();
                 scene.add(root, Texture2::from_image(Arc::clone(&hill))).unwrap();
                 scene.add(root, SeamlessTerrain { max_height, ..Default::default() }).unwrap();
                 let (brightness, count) = ground(&draw(&scene, &RenderAction::new(64, 64)), [0; 3]);
@@ -378,7 +380,7 @@ fn far_from_the_origin_the_picture_is_the_same() {
         scene.add(root, camera(DVec3::new(58_000.0, 8_000.0, 4_200.0), SUMMIT, 0.3)).unwrap();
         scene.add(root, DirectionalLight { direction: DVec3::new(1.0, 0.0, -1.0), ..Default::default() }).unwrap();
         scene.add(root, PointLight { location: SUMMIT + DVec3::Z * 9000.0, ..Default::default() }).unwrap();
-        scene.add(root, Material { specular_color: Color::WHITE, ..Default::default() }).unwrap();
+        scene.add(root, Material { specular_color: Color::WHITE.into(), ..Default::default() }).unwrap();
         scene.add(root, Texture2::from_image(fuji_image())).unwrap();
         scene.add(root, metres(FUJI)).unwrap();
         scene
@@ -403,7 +405,7 @@ fn the_colour_map_lies_north_up_and_edge_to_edge() {
     let mut scene = Scene::new();
     let root = scene.root();
     scene.add(root, OrthographicCamera { look_at: None, ..Default::default() }).unwrap();
-    scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
+    scene.add(root, BaseColor { rgb: Color::WHITE.into() }).unwrap();
     scene.add(root, Texture2::from_image(Image::new(5, 5, Pixels::Gray16(vec![7; 25])).unwrap())).unwrap();
     scene.add(root, TextureUnit { unit: 1 }).unwrap();
     scene.add(root, Texture2::from_image(Image::new(2, 2, Pixels::Rgba8(colors.to_vec())).unwrap())).unwrap();

@@ -4,7 +4,7 @@
 mod common;
 
 use common::Rng;
-use seamount::action::{ShapeContext, State, Surface};
+use seamount::action::{ActionKind, ShapeContext, State, Surface};
 use seamount::node::ShapeNode;
 use seamount::prelude::*;
 
@@ -189,7 +189,13 @@ fn picks_under_transforms_agree_with_brute_force() {
         seamount::node::PropertyNode::apply(
             property,
             &mut state,
-            &seamount::action::PropertyContext { scene: &scene, key: texture, visit: 1 },
+            &seamount::action::PropertyContext {
+                scene: &scene,
+                key: texture,
+                path: &path,
+                action: ActionKind::Other,
+                visit: 1,
+            },
         );
         let cx = ShapeContext::new(&scene, &state, &path);
         let mut triangles = Vec::new();

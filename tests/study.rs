@@ -17,7 +17,7 @@ fn scene(style: Style, line_width: f32) -> Scene {
     let root = scene.root();
     let (position, look_at) = (Some(DVec3::new(-0.4, -1.5, 1.6)), Some(DVec3::new(0.2, 0.4, 0.0)));
     scene.add(root, PerspectiveCamera { position, look_at, ..Default::default() }).unwrap();
-    scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
+    scene.add(root, BaseColor { rgb: Color::WHITE.into() }).unwrap();
     scene
         .add(root, DrawStyle { style, line_width, line_color: Color::new(1.0, 0.0, 0.0), ..DrawStyle::default() })
         .unwrap();

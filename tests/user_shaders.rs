@@ -142,7 +142,7 @@ fn the_surface_as_it_is_stays_as_it_is() {
         },
         |b| {
             b.add(DirectionalLight { direction: DVec3::new(0.8, 0.3, -0.3), shadow: true, ..Default::default() });
-            b.add(Material { specular_color: Color::WHITE, ..Default::default() });
+            b.add(Material { specular_color: Color::WHITE.into(), ..Default::default() });
             b.add(PointLight { location: DVec3::new(100.0, 100.0, 100.0), ..Default::default() });
             b.add(Environment { fog_type: FogType::Fog, fog_visibility: 900.0, ..Default::default() });
         },
@@ -159,7 +159,7 @@ fn the_surface_as_it_is_stays_as_it_is() {
         },
         |b| {
             b.add(DirectionalLight::default());
-            b.add(Material { transparency: 0.4, ..Default::default() });
+            b.add(Material { transparency: 0.4.into(), ..Default::default() });
             b.add(ClipPlane { plane: Plane { normal: DVec3::X, distance: 120.0 }, on: true });
         },
         |b| {
@@ -356,7 +356,7 @@ fn moved_patches_still_meet() {
         };
         scene.add(root, camera).unwrap();
         let mut b = Build { scene, root };
-        b.add(BaseColor { rgb: Color::WHITE });
+        b.add(BaseColor { rgb: Color::WHITE.into() });
         b.vertex(body);
         b.add(Texture2::from_image(rough(&mut rng, void)));
         b.add(SeamlessTerrain {

@@ -105,7 +105,7 @@ fn detail_is_chosen_again_when_camera_viewport_or_node_changed_and_only_then() {
     assert_eq!(made(&land, &action), (1, 1));
     assert_eq!(made(&land, &action), (0, 0));
     // The scene is walked for the new colour, but the same patches are drawn.
-    land.scene.edit::<Material>(land.material).unwrap().shininess = 0.5;
+    land.scene.edit::<Material>(land.material).unwrap().shininess = List::from(0.5);
     assert_eq!(made(&land, &action), (1, 0));
     action.background = Color::WHITE;
     assert_eq!(made(&land, &action), (1, 0));

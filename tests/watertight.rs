@@ -61,7 +61,7 @@ fn scene(map: &Arc<Image>, camera: &dyn Node, terrain: SeamlessTerrain) -> Scene
     let root = scene.root();
     let camera = scene.insert_boxed(camera.boxed_clone());
     scene.add_child(root, camera).unwrap();
-    scene.add(root, BaseColor { rgb: Color::WHITE }).unwrap();
+    scene.add(root, BaseColor { rgb: Color::WHITE.into() }).unwrap();
     scene.add(root, Texture2::from_image(Arc::clone(map))).unwrap();
     scene.add(root, terrain).unwrap();
     scene

@@ -1,9 +1,11 @@
 //! The smallest box around a scene.
 
+use std::sync::Arc;
+
 use glam::DAffine3;
 
 use super::walk::{Go, Visitor, walk, walk_from};
-use super::{Aabb, ActionError, Branches, GroupContext, ShapeContext, State};
+use super::{Aabb, ActionError, ActionKind, Branches, GroupContext, ShapeContext, State};
 use crate::node::{Reset, ResetTransform, ShapeNode};
 use crate::scene::{Path, Scene};
 
@@ -103,8 +105,9 @@ impl BoundingBoxAction {
 /// The box in world coordinates of all children of a group that is reached with this state.
 pub(crate) fn bounds_below(cx: &GroupContext<'_>, state: &State) -> Result<Option<Aabb>, ActionError> {
     let mut bounds = Bounds { scene: cx.scene, path: None, from_world: &DAffine3::IDENTITY, found: None };
+    let state = Arc::new(state.clone());
     for (index, &child) in cx.scene.children(cx.key).iter().enumerate() {
-        walk_from(cx.scene, cx.path, (child, index), state.clone(), Branches::Possible, &mut bounds)?;
+        walk_from(cx.scene, cx.path, (child, index), Arc::clone(&state), Branches::Possible, &mut bounds)?;
     }
     Ok(bounds.found)
 }
@@ -117,6 +120,10 @@ struct Bounds<'s> {
 }
 
 impl Visitor for Bounds<'_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::BoundingBox
+    }
+
     fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
         if path
             .tail()
@@ -148,6 +155,10 @@ struct FirstModel<'p> {
 }
 
 impl Visitor for FirstModel<'_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::BoundingBox
+    }
+
     fn shape(&mut self, _: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
         if self.path.is_some_and(|wanted| !path.starts_with(wanted)) {
             return Ok(Go::On);

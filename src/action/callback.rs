@@ -5,7 +5,7 @@ use std::fmt;
 use glam::DVec3;
 
 use super::walk::{Go, Visitor, walk};
-use super::{ActionError, Branches, Cameras, ShapeContext, State, Viewpoint};
+use super::{ActionError, ActionKind, Branches, Cameras, ShapeContext, State, Viewpoint};
 use crate::node::{Node, ShapeNode, Triangle};
 use crate::scene::{Path, Scene};
 
@@ -145,16 +145,21 @@ impl<'f> CallbackAction<'f> {
     ///
     /// When the camera can not be used, or a shape whose primitives are asked for can not be had.
     pub fn apply(&mut self, scene: &Scene) -> Result<(), ActionError> {
+        self.apply_as(ActionKind::Callback, scene)
+    }
+
+    fn apply_as(&mut self, kind: ActionKind, scene: &Scene) -> Result<(), ActionError> {
         let cameras = Cameras::new(scene, self.size);
         let viewpoint = cameras.viewpoint_if_any(self.camera.as_deref())?;
         let viewpoint = viewpoint.as_ref();
-        walk(scene, Branches::Seen(viewpoint), &mut Call { scene, action: self, viewpoint, cameras: &cameras })
+        walk(scene, Branches::Seen(viewpoint), &mut Call { scene, action: self, kind, viewpoint, cameras: &cameras })
     }
 }
 
 struct Call<'a, 'f, 's> {
     scene: &'s Scene,
     action: &'a mut CallbackAction<'f>,
+    kind: ActionKind,
     viewpoint: Option<&'a Viewpoint>,
     cameras: &'a Cameras<'s>,
 }
@@ -180,6 +185,10 @@ fn call_with<P>(calls: &mut [(Option<String>, OnPrimitive<'_, P>)], visit: &Visi
 }
 
 impl Visitor for Call<'_, '_, '_> {
+    fn action(&self) -> ActionKind {
+        self.kind
+    }
+
     fn enter(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
         Ok(call(&mut self.action.before, &Visit { scene: self.scene, path, state }))
     }
@@ -259,7 +268,7 @@ impl PrimitiveCountAction {
             .triangles(None, |_, _| triangles += 1)
             .lines(None, |_, _| lines += 1)
             .points(None, |_, _| points += 1);
-        action.apply(scene)?;
+        action.apply_as(ActionKind::PrimitiveCount, scene)?;
         drop(action);
         Ok(PrimitiveCount { triangles, lines, points })
     }

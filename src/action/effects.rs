@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use super::frame::{DebugColor, Draw, Effects, Frame, GeometryKind};
 use super::render::Render;
 use super::walk::{Go, Visitor, walk};
-use super::{ActionError, Aspect, Branches, Cameras, LightSource, RenderAction, State, View};
+use super::{ActionError, ActionKind, Aspect, Branches, Cameras, LightSource, RenderAction, State, View};
 use crate::node::{FogType, RampBy, ShapeNode, Style};
 use crate::scene::{Path, Scene};
 
@@ -101,6 +101,7 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "color-by-part",     |e| on(e.debug_color == DebugColor::Parts), by_shape;
     "color-by-level",    |e| on(e.debug_color == DebugColor::Levels), by_shape;
     "color-by-normal",   |e| on(e.debug_color == DebugColor::Normals), by_shape;
+    "color-by-vertex",   |e| on(e.vertex_colors),  |s| by(&[Aspect::MaterialBinding, Aspect::Material], s);
     "lines",             |e| on(e.style == Style::Lines),       |s| by(&[Aspect::DrawStyle], s);
     "points",            |e| on(e.style == Style::Points),      |s| by(&[Aspect::DrawStyle], s);
     "lines-on-faces",    |e| on(e.style == Style::FilledLines), |s| by(&[Aspect::DrawStyle], s);
@@ -171,6 +172,10 @@ struct Explain<'s> {
 }
 
 impl Visitor for Explain<'_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::Render
+    }
+
     fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
         self.paths.push(path.clone());
         Ok(Go::On)

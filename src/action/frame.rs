@@ -318,12 +318,14 @@ pub struct ColorMap {
 }
 
 /// Triangles with normals, in local coordinates.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     /// Corners.
     pub positions: Vec<Vec3>,
     /// Unit normals, one per corner.
     pub normals: Vec<Vec3>,
+    /// Diffuse colours in linear light and opacity, one per corner; or none, where all have those of the material.
+    pub colors: Vec<Vec4>,
     /// Corners of the triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -333,6 +335,8 @@ pub struct Mesh {
 pub struct Strokes {
     /// Straight pieces: place and unit normal of both ends. A point has the same ends.
     pub pieces: Vec<[[Vec3; 2]; 2]>,
+    /// Diffuse colours in linear light and opacity at both ends of each piece; or none, where all have those of the material.
+    pub colors: Vec<[Vec4; 2]>,
     /// Whether they are points, which are drawn as squares; a line without length is nothing.
     pub dots: bool,
     /// Whether the normals mean anything; else strokes are not lit.
@@ -435,6 +439,8 @@ pub struct Effects {
     pub detail_textures: bool,
     /// Colours for study; replace colour map and diffuse colour.
     pub debug_color: DebugColor,
+    /// Whether diffuse colour and opacity are those of the corners.
+    pub vertex_colors: bool,
     /// Whether ambient light reaches the surface.
     pub ambient: bool,
     /// Whether the surface glows.

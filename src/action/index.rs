@@ -7,21 +7,23 @@
 //! what a walk answers, to the bit: unions of boxes do not depend on their order.
 //!
 //! Scenes in which the walk itself must decide are left to the walk: boxes that are reset, shapes that can not be had, groups
-//! that look at the camera (for picks).
+//! that look at the camera (for picks), properties that do something of their own.
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
-use std::collections::{HashMap, HashSet};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::collections::HashSet;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use glam::DMat3;
+use slotmap::SecondaryMap;
 
 use super::bvh::BoxTree;
 use super::walk::{Go, Visitor, walk_from};
-use super::{Aabb, ActionError, Branches, Ray, ShapeContext, State};
+use super::{Aabb, ActionError, ActionKind, Branches, Ray, ShapeContext, State};
 use crate::node::{Reset, ResetTransform, Restores, Role, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
 
-/// Most shapes and blocks that are kept; larger scenes are walked. A place takes about a kilobyte.
+/// Most shapes and blocks that are kept; larger scenes are walked. A place takes up to a kilobyte, most of it its State,
+/// which it shares with its neighbours.
 const MOST: usize = 1 << 18;
 
 /// The index of a scene, or that there is none, for one version of it.
@@ -39,7 +41,7 @@ struct Versions {
 #[derive(Debug)]
 pub(crate) struct Place {
     pub(crate) path: Path,
-    pub(crate) state: State,
+    pub(crate) state: Arc<State>,
     pub(crate) bounds: Aabb,
     /// Whether its box does not decide whether a ray meets it: its map to the world magnifies rounding too much, or it says
     /// so itself.
@@ -52,7 +54,7 @@ struct Block {
     path: Path,
     index: usize,
     /// The State that it is reached with.
-    entry: State,
+    entry: Arc<State>,
     /// The blocks directly in it.
     inner: Vec<usize>,
     /// Its own shapes, those of inner blocks left out.
@@ -79,13 +81,16 @@ pub(crate) struct Index {
     blocks: Vec<Option<Block>>,
     free_blocks: Vec<usize>,
     /// Blocks by the node of their group.
-    of_node: HashMap<NodeKey, Vec<usize>>,
+    of_node: SecondaryMap<NodeKey, Vec<usize>>,
     places: Vec<Option<Place>>,
     free_places: Vec<usize>,
     special: Special,
     /// Places that every ray is tried on.
     unboxed: HashSet<usize>,
-    tree: BoxTree,
+    /// The box around all.
+    bounds: Option<Aabb>,
+    /// Made by the first ray or edit: a box alone needs none.
+    tree: OnceLock<BoxTree>,
 }
 
 /// Largest condition number of a map for which boxes decide which shapes a ray is tried on.
@@ -141,14 +146,14 @@ impl IndexCache {
 impl Index {
     fn new(scene: &Scene) -> Option<Self> {
         let mut index = Self::default();
-        index.walk(scene, &Path::default(), (scene.root(), 0), State::default())?;
-        index.rebuild();
+        index.walk(scene, &Path::default(), (scene.root(), 0), Arc::default())?;
+        index.bounds = index.boxes().map(|(_, bounds)| bounds).reduce(|a, b| a.union(&b));
         Some(index)
     }
 
     /// The box of everything; the outer `None` if a walk has to tell.
     pub(crate) fn bounds(&self) -> Option<Option<Aabb>> {
-        (self.special.resets == 0).then(|| self.tree.bounds())
+        (self.special.resets == 0).then_some(self.bounds)
     }
 
     /// Calls `visit` with the places that a ray may meet in its range, in about the order of the ray; `visit` returns how far
@@ -163,9 +168,11 @@ impl Index {
                 far = visit(place);
             }
         }
-        self.tree.ray(&Ray { far, ..*ray }, SLACK, |id, far| match self.places.get(id) {
-            Some(Some(place)) if !place.unboxed => visit(place),
-            _ => far,
+        self.tree.get_or_init(|| BoxTree::new(self.boxes())).ray(&Ray { far, ..*ray }, SLACK, |id, far| {
+            match self.places.get(id) {
+                Some(Some(place)) if !place.unboxed => visit(place),
+                _ => far,
+            }
         });
         true
     }
@@ -181,7 +188,7 @@ impl Index {
     }
 
     /// Walks from a node and adds what is there; returns the places.
-    fn walk(&mut self, scene: &Scene, path: &Path, start: (NodeKey, usize), state: State) -> Option<Vec<usize>> {
+    fn walk(&mut self, scene: &Scene, path: &Path, start: (NodeKey, usize), state: Arc<State>) -> Option<Vec<usize>> {
         let mut collect = Collect { scene, index: self, open: Vec::new(), added: Vec::new(), visits: 0 };
         let walked = walk_from(scene, path, start, state, Branches::Possible, &mut collect);
         let added = std::mem::take(&mut collect.added);
@@ -207,7 +214,7 @@ impl Index {
                 pending.extend_from_slice(scene.parents(key));
             }
         }
-        let mut ids: Vec<usize> = stale.iter().filter_map(|key| self.of_node.get(key)).flatten().copied().collect();
+        let mut ids: Vec<usize> = stale.iter().filter_map(|&key| self.of_node.get(key)).flatten().copied().collect();
         // Outer ones first: what is in them goes and comes with them.
         ids.sort_by_key(|&id| self.blocks.get(id).and_then(Option::as_ref).map_or(0, |block| block.path.len()));
         let (mut gone, mut come) = (Vec::new(), Vec::new());
@@ -216,7 +223,7 @@ impl Index {
             let Some(Some(block)) = self.blocks.get(id) else { continue };
             let key = block.path.tail().filter(|key| stale.contains(key));
             let Some(key) = key else { continue };
-            let (mut path, index, entry) = (block.path.clone(), block.index, block.entry.clone());
+            let (mut path, index, entry) = (block.path.clone(), block.index, Arc::clone(&block.entry));
             path.pop();
             self.remove(id, &mut gone);
             // The first block of this walk is the group's own, and takes the number that was freed last: its own.
@@ -224,12 +231,13 @@ impl Index {
         }
         gone.sort_unstable();
         come.sort_unstable();
-        if gone == come {
-            let boxes = come.iter().filter_map(|&id| Some((id, self.places.get(id)?.as_ref()?.bounds)));
-            self.tree.refit(boxes);
-        } else {
-            self.rebuild();
+        match self.tree.get_mut() {
+            Some(tree) if gone == come => {
+                tree.refit(come.iter().filter_map(|&id| Some((id, self.places.get(id)?.as_ref()?.bounds))));
+            }
+            _ => self.tree = BoxTree::new(self.boxes()).into(),
         }
+        self.bounds = self.tree.get().and_then(BoxTree::bounds);
         Some(())
     }
 
@@ -241,7 +249,7 @@ impl Index {
             next += 1;
             let Some(block) = self.blocks.get_mut(id).and_then(Option::take) else { continue };
             all.extend_from_slice(&block.inner);
-            if let Some(blocks) = block.path.tail().and_then(|key| self.of_node.get_mut(&key)) {
+            if let Some(blocks) = block.path.tail().and_then(|key| self.of_node.get_mut(key)) {
                 blocks.retain(|&other| other != id);
             }
             self.special.subtract(block.special);
@@ -257,9 +265,9 @@ impl Index {
         self.free_blocks.extend(all.into_iter().rev());
     }
 
-    fn rebuild(&mut self) {
-        let boxes = self.places.iter().enumerate().filter_map(|(id, place)| Some((id, place.as_ref()?.bounds)));
-        self.tree = BoxTree::new(boxes);
+    /// The boxes of all places.
+    fn boxes(&self) -> impl Iterator<Item = (usize, Aabb)> + '_ {
+        self.places.iter().enumerate().filter_map(|(id, place)| Some((id, place.as_ref()?.bounds)))
     }
 }
 
@@ -310,13 +318,23 @@ impl Collect<'_> {
 }
 
 impl Visitor for Collect<'_> {
-    fn enter(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn action(&self) -> ActionKind {
+        ActionKind::BoundingBox
+    }
+
+    fn enter_shared(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let Some(key) = path.tail() else { return Ok(Go::On) };
         self.visits += 1;
         if self.visits > 8 * MOST {
             return Err(Self::refuse());
         }
-        if let Some(Role::Group(group)) = self.scene.role(key) {
+        let role = self.scene.role(key);
+        if let Some(Role::Property(property)) = role
+            && [ActionKind::BoundingBox, ActionKind::RayPick].into_iter().any(|action| property.acts_on(action))
+        {
+            return Err(Self::refuse());
+        }
+        if let Some(Role::Group(group)) = role {
             if group.restores() == Restores::Everything {
                 if self.index.blocks.len() > MOST {
                     return Err(Self::refuse());
@@ -324,13 +342,15 @@ impl Visitor for Collect<'_> {
                 let block = Block {
                     path: path.clone(),
                     index: path.indices().next_back().unwrap_or(0),
-                    entry: state.clone(),
+                    entry: Arc::clone(state),
                     inner: Vec::new(),
                     places: Vec::new(),
                     special: Special::default(),
                 };
                 let id = put(&mut self.index.blocks, &mut self.index.free_blocks, block);
-                self.index.of_node.entry(key).or_default().push(id);
+                if let Some(entry) = self.index.of_node.entry(key) {
+                    entry.or_default().push(id);
+                }
                 if let Some(Some(outer)) = self.open.last().and_then(|&outer| self.index.blocks.get_mut(outer)) {
                     outer.inner.push(id);
                 }
@@ -355,7 +375,7 @@ impl Visitor for Collect<'_> {
         Ok(Go::On)
     }
 
-    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn shape_shared(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let cx = ShapeContext::new(self.scene, state, path);
         let Some(bounds) = shape.bounds(&cx).map_err(|e| cx.error(e))? else { return Ok(Go::On) };
         let bounds = bounds.transformed(&state.model);
@@ -366,7 +386,7 @@ impl Visitor for Collect<'_> {
             self.special(Special { on_top: 1, ..Special::default() });
         }
         let unboxed = steepness(state) > STEEP || shape.beyond_box();
-        let place = Place { path: path.clone(), state: state.clone(), bounds, unboxed };
+        let place = Place { path: path.clone(), state: Arc::clone(state), bounds, unboxed };
         let id = put(&mut self.index.places, &mut self.index.free_places, place);
         if unboxed {
             self.index.unboxed.insert(id);

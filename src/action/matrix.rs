@@ -3,7 +3,7 @@
 use glam::DAffine3;
 
 use super::walk::{Go, Visitor, walk};
-use super::{ActionError, Branches, State};
+use super::{ActionError, ActionKind, Branches, State};
 use crate::node::Role;
 use crate::scene::{Path, Scene};
 
@@ -59,6 +59,10 @@ struct Matrix<'s> {
 }
 
 impl Visitor for Matrix<'_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::Matrix
+    }
+
     fn enter(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
         let property = path.tail().is_some_and(|key| matches!(self.scene.role(key), Some(Role::Property(_))));
         if path == self.path && !property {

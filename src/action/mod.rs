@@ -10,11 +10,13 @@ mod callback;
 mod camera;
 mod cameras;
 mod coloring;
+mod colors;
 mod effects;
 mod error;
 mod frame;
 mod ground;
 mod index;
+mod kind;
 mod matrix;
 mod pick_cone;
 mod program;
@@ -35,6 +37,7 @@ pub use callback::{CallbackAction, PrimitiveCount, PrimitiveCountAction, Visit};
 pub(crate) use camera::unit;
 pub use camera::{CameraError, PlacedCamera};
 pub use cameras::Cameras;
+pub use colors::{CornerData, SurfaceColors};
 pub use effects::{DrawEffects, EFFECTS, EffectInfo};
 pub use error::{ActionError, ShapeError};
 pub use frame::{
@@ -44,6 +47,7 @@ pub use frame::{
 };
 pub use ground::GroundPoint;
 pub(crate) use index::{Index, IndexCache};
+pub use kind::ActionKind;
 pub use matrix::MatrixAction;
 pub use pick_cone::{Near, PickCone};
 #[cfg(feature = "render")]

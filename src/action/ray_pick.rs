@@ -10,7 +10,9 @@ use super::camera::unit;
 use super::render::find_camera;
 use super::state::Memo;
 use super::walk::{Go, Visitor, walk};
-use super::{Aabb, ActionError, Branches, Cameras, Index, Lens, PickCone, Ray, ShapeContext, State, View, Viewpoint};
+use super::{
+    Aabb, ActionError, ActionKind, Branches, Cameras, Index, Lens, PickCone, Ray, ShapeContext, State, View, Viewpoint,
+};
 use crate::node::{Cube, HitDetail, PickStyleKind, Role, ShapeHit, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
 
@@ -303,7 +305,7 @@ impl Picker<'_> {
         let (far, local, found) = ([ray.far; 2], Vec::new(), Vec::new());
         let mut pick = Pick { picker: self, ray: *ray, cone, far, all, wanted, memo, local, found };
         if !pick.indexed()? {
-            // Only the index keeps the States of places where they are.
+            // Only the index keeps the paths of places where they are.
             pick.memo = None;
             walk(self.scene, Branches::Seen(self.viewpoint.as_ref()), &mut pick)?;
         }
@@ -371,6 +373,10 @@ impl Pick<'_, '_> {
 }
 
 impl Visitor for Pick<'_, '_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::RayPick
+    }
+
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
         let style = state.pick_style;
         let [below, top] = self.far;

@@ -14,10 +14,10 @@ use super::state::{cofactors, compose};
 use super::view::Kept;
 use super::walk::{Go, Visitor, walk};
 use super::{
-    ActionError, Branches, Cameras, DebugColor, Lens, LightSource, PlacedCamera, PlacedLight, ShapeContext, ShapeError,
-    State, View, Viewpoint,
+    ActionError, ActionKind, Branches, Cameras, DebugColor, Lens, LightSource, PlacedCamera, PlacedLight, ShapeContext,
+    ShapeError, State, View, Viewpoint,
 };
-use crate::node::{Background, Color, FogType, LightingModel, ShapeNode, Style, Triangle};
+use crate::node::{Background, Binding, Color, FogType, LightingModel, List, ShapeNode, Style, Triangle};
 use crate::scene::{Path, Scene};
 use crate::terrain::Frustum;
 
@@ -159,6 +159,9 @@ pub(super) fn find_camera(scene: &Scene, name: Option<&str>) -> Result<Arc<Place
         }
     }
     impl Visitor for Find<'_> {
+        fn action(&self) -> ActionKind {
+            ActionKind::Search
+        }
         fn enter(&mut self, _: &Path, state: &State) -> Result<Go, ActionError> {
             self.look(state);
             Ok(if self.found.is_some() { Go::End } else { Go::On })
@@ -225,6 +228,14 @@ impl<'s> Render<'s> {
 }
 
 impl Visitor for Render<'_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::Render
+    }
+
+    fn acted(&mut self) {
+        self.view.acted();
+    }
+
     /// The first background is the one, as with cameras.
     fn leave(&mut self, _: &Path, state: &State) -> Result<Go, ActionError> {
         if let (Some(background), None) = (&state.background, &self.background) {
@@ -302,6 +313,23 @@ impl DrawContext<'_> {
         DAffine3 { matrix3: model.matrix3, translation: model.translation - self.view.eye }
     }
 
+    /// Draws with another State in force.
+    pub(crate) fn with_state<R>(&mut self, state: &State, draw: impl FnOnce(&mut DrawContext<'_>) -> R) -> R {
+        let mut cx = DrawContext {
+            shape: ShapeContext { state, ..self.shape },
+            view: self.view,
+            size: self.size,
+            freeze: self.freeze,
+            kept: self.kept.take(),
+            programs: self.programs,
+            draws: self.draws,
+            statistics: self.statistics,
+        };
+        let made = draw(&mut cx);
+        self.kept = cx.kept;
+        made
+    }
+
     /// What is in view, in local coordinates.
     #[must_use]
     pub fn local_frustum(&self) -> Frustum {
@@ -336,7 +364,15 @@ impl DrawContext<'_> {
         let state = self.shape.state;
         let plain = options.debug_color == DebugColor::Plain;
         let style = &state.draw_style;
-        if state.material.transparency >= 1.0 && plain || style.style == Style::Invisible {
+        let colored = match &geometry {
+            Geometry::Mesh(mesh) => !mesh.colors.is_empty(),
+            Geometry::Strokes(strokes) => !strokes.colors.is_empty(),
+            Geometry::Terrain(_) => false,
+        };
+        let colors = state.colors();
+        let first = colors.first();
+        let invisible = if colored { colors.invisible() } else { first.w <= 0.0 };
+        if invisible && plain || style.style == Style::Invisible {
             return Ok(());
         }
         let program = self.program(plain)?;
@@ -355,14 +391,15 @@ impl DrawContext<'_> {
             state.lights.iter().map(place).collect()
         };
         let count = |f: fn(&FrameLight) -> bool| lights.iter().filter(|l| f(l)).count().min(255) as u8;
+        let linear = |colors: &List<Color>| colors.first().map_or(Vec3::ZERO, |color| color.linear());
         let m = &state.material;
         let material = SurfaceMaterial {
-            ambient: m.ambient_color.linear(),
-            diffuse: m.diffuse_color.linear(),
-            specular: m.specular_color.linear(),
-            emissive: m.emissive_color.linear(),
-            shininess: m.shininess,
-            opacity: 1.0 - m.transparency,
+            ambient: linear(&m.ambient_color),
+            diffuse: first.truncate(),
+            specular: linear(&m.specular_color),
+            emissive: linear(&m.emissive_color),
+            shininess: m.shininess.first().copied().unwrap_or_default(),
+            opacity: first.w,
         };
         let ambient = state.environment.ambient();
         let faces = !matches!(geometry, Geometry::Strokes(_));
@@ -375,7 +412,7 @@ impl DrawContext<'_> {
             spot_lights: count(|l| matches!(l, FrameLight::Spot { .. })),
             attenuation: state.lights.iter().any(|light| light.source.attenuates()),
             fog: state.environment.fog_type,
-            transparency: m.transparency > 0.0,
+            transparency: if colored { colors.see_through() } else { first.w < 1.0 },
             specular: material.specular != Vec3::ZERO,
             color_map: options.color_map,
             debug_color: options.debug_color,
@@ -388,6 +425,7 @@ impl DrawContext<'_> {
             detail_textures: coloring.detail.is_some(),
             ambient: material.ambient * ambient != Vec3::ZERO,
             emissive: material.emissive != Vec3::ZERO,
+            vertex_colors: colored,
             morph: options.morph,
             clip_planes: state.clip_planes.len().min(255) as u8,
             shaders,
@@ -502,13 +540,19 @@ impl DrawContext<'_> {
         let Some(first) = triangles.first() else {
             return Ok(());
         };
+        let data = self.corner_data();
         // Relative to a corner, so that a mesh with large local coordinates keeps its digits.
         let anchor = first.points[0];
-        let mut mesh = Mesh { positions: Vec::new(), normals: Vec::new(), triangles: Vec::new() };
-        for t in &triangles {
+        let mut mesh = Mesh::default();
+        for (index, t) in triangles.iter().enumerate() {
             let start = mesh.positions.len() as u32;
             mesh.positions.extend(t.points.map(|p| relative(p, anchor)));
             mesh.normals.extend(t.normals.map(DVec3::as_vec3));
+            if let Some(colors) = &data.colors {
+                for number in t.materials {
+                    mesh.colors.push(colors.of(number, Binding::Overall, ("triangle", index))?);
+                }
+            }
             mesh.triangles.push([start, start + 1, start + 2]);
         }
         let options = DrawOptions::plain(GeometryKind::Mesh);

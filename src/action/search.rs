@@ -1,7 +1,7 @@
 //! Finding nodes by name, kind or key.
 
 use super::walk::{Go, Visitor, walk};
-use super::{ActionError, Branches, State};
+use super::{ActionError, ActionKind, Branches, State};
 use crate::scene::{NodeKey, Path, Scene};
 
 /// Which of the occurrences that meet the conditions are wanted.
@@ -75,6 +75,10 @@ struct Search<'s> {
 }
 
 impl Visitor for Search<'_> {
+    fn action(&self) -> ActionKind {
+        ActionKind::Search
+    }
+
     fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
         let Some(key) = path.tail() else { return Ok(Go::On) };
         let SearchAction { kind, node, interest, .. } = self.action;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3, Vec3};
 
-use super::{ActionError, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
+use super::{ActionError, ActionKind, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
 use crate::node::{
     Background, Binding, ColorRamp, Complexity, ContourLines, DetailTextures, DrawStyle, Environment, LightModel, List,
     Material, NormalMap, PickStyleKind, PolygonOffset, ShaderSource, ShapeHints, Wrap, active_stage,
@@ -20,8 +20,12 @@ use crate::scene::{Image, NodeKey, Path, Scene};
 pub struct State {
     /// From local to world coordinates.
     pub model: DAffine3,
-    /// The material.
-    pub material: Material,
+    /// The material. No list of it is empty, unless somebody else than the nodes of this crate made it.
+    pub material: Arc<Material>,
+    /// Diffuse colours with their opacity as `0xRRGGBBAA`, instead of those of the material; empty for those.
+    pub packed_colors: List<u32>,
+    /// What the colours belong to.
+    pub material_binding: Binding,
     /// Lights in world coordinates, in the order of the walk.
     pub lights: Arc<Vec<PlacedLight>>,
     /// Detail and texture quality.
@@ -89,7 +93,9 @@ impl Default for State {
     fn default() -> Self {
         Self {
             model: DAffine3::IDENTITY,
-            material: Material::default(),
+            material: Arc::default(),
+            packed_colors: List::default(),
+            material_binding: Binding::Overall,
             lights: Arc::default(),
             complexity: Complexity::default(),
             unit: 0,
@@ -342,10 +348,12 @@ pub enum Aspect {
     NormalMap,
     /// Which sides of faces are seen.
     ShapeHints,
+    /// What colours belong to.
+    MaterialBinding,
 }
 
 impl Aspect {
-    const COUNT: usize = Aspect::ShapeHints as usize + 1;
+    const COUNT: usize = Aspect::MaterialBinding as usize + 1;
 }
 
 /// The last node that set each [`Aspect`]: the visit, 0 for none. A walk has fewer than 2³² visits
@@ -417,6 +425,10 @@ pub struct PropertyContext<'a> {
     pub scene: &'a Scene,
     /// The property's own node.
     pub key: NodeKey,
+    /// The way to it.
+    pub path: &'a Path,
+    /// The action that walks.
+    pub action: ActionKind,
     /// Number of the occurrence: how many nodes the walk has entered, this one included. Tells occurrences of a shared node
     /// apart.
     pub visit: u64,
@@ -480,9 +492,9 @@ pub struct ShapeContext<'a> {
 }
 
 /// What shapes have worked out for one ray and can use for the next: on one thread, so that many threads that pick at once share
-/// no lock and no count of references. A place is known by its State, which must stay where it is as long as this lives.
+/// no lock and no count of references. A place is known by its path, which must stay where it is as long as this lives.
 #[derive(Default)]
-pub(crate) struct Memo(RefCell<Vec<(*const State, Rc<dyn Any>)>>);
+pub(crate) struct Memo(RefCell<Vec<(*const Path, Rc<dyn Any>)>>);
 
 impl std::fmt::Debug for Memo {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -516,7 +528,7 @@ impl<'a> ShapeContext<'a> {
         make: impl FnOnce() -> Result<T, ShapeError>,
     ) -> Result<Rc<T>, ShapeError> {
         let Some(Memo(memo)) = self.memo else { return Ok(Rc::new(make()?)) };
-        let place: *const State = self.state;
+        let place: *const Path = self.path;
         let known = memo.borrow().iter().find(|(p, _)| *p == place).map(|(_, known)| Rc::clone(known));
         if let Some(known) = known.and_then(|known| known.downcast().ok()) {
             return Ok(known);

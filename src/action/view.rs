@@ -51,6 +51,8 @@ pub struct View {
     /// present view are still left out. What was never drawn in this View gets its detail once.
     pub freeze: bool,
     made_for: Option<MadeFor>,
+    /// Whether the walk met a node that has to be met for each frame.
+    acted: bool,
     pub(super) frame: Frame,
     kept: Vec<Slot>,
     next: usize,
@@ -110,6 +112,7 @@ impl View {
     pub(super) fn begin(&mut self) {
         self.statistics.walks += 1;
         self.made_for = None;
+        self.acted = false;
         self.next = 0;
         self.frame.draws.clear();
         self.frame.statistics = Statistics::default();
@@ -128,13 +131,18 @@ impl View {
         let walk = self.statistics.walks;
         self.kept.retain(|slot| slot.walk == walk);
         self.statistics.selections += u64::from(self.frame.statistics.selections);
-        self.made_for = Some(MadeFor {
+        self.made_for = (!self.acted).then(|| MadeFor {
             scene: scene.id(),
             version: scene.version(),
             resources: scene.resources().version(),
             action: action.clone(),
             freeze: self.freeze,
         });
+    }
+
+    /// The frame is good once: a node of the scene wants to be met for each.
+    pub(super) fn acted(&mut self) {
+        self.acted = true;
     }
 
     /// What the shape at this place kept the last time; it has to be given back with [`View::keep`].

@@ -7,8 +7,7 @@
 
 use std::sync::Arc;
 
-use super::camera::PlacedCamera;
-use super::{ActionError, Branches, PropertyContext, State};
+use super::{ActionError, ActionKind, Branches, PropertyContext, State};
 use crate::action::GroupContext;
 use crate::node::{GroupNode, Restores, Role, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
@@ -33,6 +32,14 @@ pub enum Go {
 
 /// What a walk tells while it goes.
 pub trait Visitor {
+    /// The kind of action, for nodes that do something of their own.
+    fn action(&self) -> ActionKind {
+        ActionKind::Other
+    }
+
+    /// A property was met that does something of its own in this kind of action.
+    fn acted(&mut self) {}
+
     /// A node is reached, before it acts.
     ///
     /// # Errors
@@ -41,6 +48,24 @@ pub trait Visitor {
     fn enter(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
         let _ = (path, state);
         Ok(Go::On)
+    }
+
+    /// [`Visitor::enter`] with a State that can be kept without copying it. Called in its place, which it is by default.
+    ///
+    /// # Errors
+    ///
+    /// Ends the walk.
+    fn enter_shared(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
+        self.enter(path, state)
+    }
+
+    /// [`Visitor::shape`] with a State that can be kept without copying it. Called in its place, which it is by default.
+    ///
+    /// # Errors
+    ///
+    /// Ends the walk.
+    fn shape_shared(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
+        self.shape(shape, path, state)
     }
 
     /// A node was walked; the state is what it leaves behind.
@@ -68,7 +93,7 @@ struct Level<'s> {
     group: &'s dyn GroupNode,
     key: NodeKey,
     step: usize,
-    saved: Option<Box<State>>,
+    saved: Option<Arc<State>>,
     /// The choice of the Switch before.
     switch: i32,
 }
@@ -79,7 +104,7 @@ struct Level<'s> {
 ///
 /// What the visitor returns, [`ActionError::TooDeep`] or [`ActionError::TooLarge`].
 pub fn walk(scene: &Scene, branches: Branches<'_>, visitor: &mut dyn Visitor) -> Result<(), ActionError> {
-    walk_from(scene, &Path::default(), (scene.root(), 0), State::default(), branches, visitor)
+    walk_from(scene, &Path::default(), (scene.root(), 0), Arc::default(), branches, visitor)
 }
 
 /// [`walk`] from another node than the root: child number `index` at the end of `path`, reached with this state.
@@ -87,10 +112,11 @@ pub(crate) fn walk_from(
     scene: &Scene,
     path: &Path,
     start: (NodeKey, usize),
-    mut state: State,
+    mut state: Arc<State>,
     branches: Branches<'_>,
     visitor: &mut dyn Visitor,
 ) -> Result<(), ActionError> {
+    let action = visitor.action();
     let mut path = path.clone();
     let mut stack: Vec<Level<'_>> = Vec::new();
     let mut next = Some(start);
@@ -105,32 +131,29 @@ pub(crate) fn walk_from(
                 return Err(ActionError::TooDeep);
             }
             path.push(key, index);
-            let mut go = visitor.enter(&path, &state)?;
+            let mut go = visitor.enter_shared(&path, &state)?;
             if go == Go::On {
                 match scene.role(key) {
                     Some(Role::Property(property)) => {
-                        let camera = state.camera.as_ref().map(Arc::as_ptr);
-                        property.apply(&mut state, &PropertyContext { scene, key, visit: visits });
-                        // A camera does not know its own path.
-                        if state.camera.as_ref().map(Arc::as_ptr) != camera
-                            && let Some(placed) = &mut state.camera
-                        {
-                            let mut with_path = PlacedCamera::clone(placed);
-                            with_path.path = path.clone();
-                            *placed = Arc::new(with_path);
+                        property.apply(
+                            Arc::make_mut(&mut state),
+                            &PropertyContext { scene, key, path: &path, action, visit: visits },
+                        );
+                        if property.acts_on(action) {
+                            visitor.acted();
                         }
                         go = visitor.leave(&path, &state)?;
                         path.pop();
                     }
                     Some(Role::Shape(shape)) => {
-                        go = visitor.shape(shape, &path, &state)?;
+                        go = visitor.shape_shared(shape, &path, &state)?;
                         if go != Go::End {
                             go = visitor.leave(&path, &state)?;
                         }
                         path.pop();
                     }
                     Some(Role::Group(group)) => {
-                        let saved = (group.restores() != Restores::Nothing).then(|| Box::new(state.clone()));
+                        let saved = (group.restores() != Restores::Nothing).then(|| Arc::clone(&state));
                         stack.push(Level { group, key, step: 0, saved, switch: state.switch });
                     }
                     None => {
@@ -152,13 +175,19 @@ pub(crate) fn walk_from(
         let cx = GroupContext { scene, key: level.key, path: &path, entry, switch, branches };
         let step = level.step;
         level.step += 1;
-        match level.group.child_at(step, &cx, &mut state) {
+        let child = if level.group.walks_all() {
+            (step < children.len()).then_some(step)
+        } else {
+            level.group.child_at(step, &cx, Arc::make_mut(&mut state))
+        };
+        match child {
             Some(index) => next = children.get(index).map(|&child| (child, index)),
             None => {
                 let group = level.group;
                 match (group.restores(), stack.pop().and_then(|level| level.saved)) {
-                    (Restores::Everything, Some(saved)) => state = *saved,
-                    (Restores::Transform, Some(saved)) => {
+                    (Restores::Everything, Some(saved)) => state = saved,
+                    (Restores::Transform, Some(saved)) if !Arc::ptr_eq(&saved, &state) => {
+                        let state = Arc::make_mut(&mut state);
                         (state.model, state.unit_length) = (saved.model, saved.unit_length)
                     }
                     _ => {}

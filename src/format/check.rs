@@ -1,14 +1,14 @@
 //! Everything that can be said of a scene file without drawing it.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::Path as FilePath;
 
 use super::error::{Mistake, Problem, ReadError};
-use super::read::{Read, read_file};
+use super::read::read_file;
 use crate::action::walk::{Go, Visitor, walk};
 use crate::action::{ActionError, Branches, ShapeContext, ShapeError, State};
 use crate::node::{Registry, ShapeNode, Texture2};
-use crate::scene::{NodeKey, Path};
+use crate::scene::{NodeKey, Path, Position, Scene};
 
 /// Most occurrences of nodes that are looked at: shared groups in shared groups can have more than could ever be walked.
 const MOST: usize = 1_000_000;
@@ -23,7 +23,8 @@ const MOST: usize = 1_000_000;
 pub fn check(path: impl AsRef<FilePath>, registry: &Registry) -> Result<usize, ReadError> {
     let path = path.as_ref();
     let read = read_file(path, registry)?;
-    let mut check = Check { read: &read, mistakes: Vec::new(), seen: HashSet::new(), left: MOST };
+    let fields = read.fields.iter().copied().collect();
+    let mut check = Check { scene: &read.scene, fields, mistakes: Vec::new(), seen: HashSet::new(), left: MOST };
     if let Err(error) = walk(&read.scene, Branches::Possible, &mut check) {
         let problem = Problem::Shape(ShapeError::Other(error.to_string()));
         check.mistakes.push(Mistake { position: None, problem, path_in_tree: Vec::new() });
@@ -37,7 +38,8 @@ pub fn check(path: impl AsRef<FilePath>, registry: &Registry) -> Result<usize, R
 }
 
 struct Check<'r> {
-    read: &'r Read,
+    scene: &'r Scene,
+    fields: HashMap<(NodeKey, &'static str), Position>,
     mistakes: Vec<Mistake>,
     /// What was complained about, by the node at fault.
     seen: HashSet<(NodeKey, String)>,
@@ -48,16 +50,16 @@ impl Check<'_> {
     /// Notes a problem of a node, or of one of its fields, once however often the node occurs.
     fn mistake(&mut self, key: NodeKey, field: Option<&'static str>, problem: Problem, path: &Path) {
         if self.seen.insert((key, problem.to_string())) {
-            let position = field.and_then(|field| self.read.fields.get(&(key, field)).copied());
-            let position = position.or_else(|| self.read.scene.position(key));
-            self.mistakes.push(Mistake { position, problem, path_in_tree: path.names(&self.read.scene) });
+            let position = field.and_then(|field| self.fields.get(&(key, field)).copied());
+            let position = position.or_else(|| self.scene.position(key));
+            self.mistakes.push(Mistake { position, problem, path_in_tree: path.names(self.scene) });
         }
     }
 }
 
 impl Visitor for Check<'_> {
     fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
-        let scene = &self.read.scene;
+        let scene = self.scene;
         if let Some(key) = path.tail()
             && let Some(texture) = scene.get::<Texture2>(key)
             && !texture.filename.is_empty()
@@ -70,7 +72,7 @@ impl Visitor for Check<'_> {
     }
 
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
-        let cx = ShapeContext::new(&self.read.scene, state, path);
+        let cx = ShapeContext::new(self.scene, state, path);
         match (shape.bounds(&cx), path.tail()) {
             (Err(ShapeError::Image(_)), _) => {} // told at its texture
             (Err(error @ ShapeError::HeightField(_)), Some(key)) => {

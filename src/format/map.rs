@@ -92,7 +92,10 @@ pub fn scene_of_map(path: impl AsRef<Path>) -> Result<Scene, MapError> {
     let root = scene.root();
     scene.add(root, PerspectiveCamera { orientation: AxisAngle::new(axis, angle), ..Default::default() })?;
     scene.add(root, DirectionalLight { direction: DVec3::new(1.0, 0.4, -1.0), ..Default::default() })?;
-    scene.add(root, Material { ambient_color: Color::WHITE, diffuse_color: Color::WHITE, ..Default::default() })?;
+    scene.add(
+        root,
+        Material { ambient_color: Color::WHITE.into(), diffuse_color: Color::WHITE.into(), ..Default::default() },
+    )?;
     scene.add(root, ColorRamp::default())?;
     scene.add(root, TextureUnit { unit: 0 })?;
     scene.add(root, Texture2 { filename: filename.to_owned(), ..Default::default() })?;

@@ -2,74 +2,36 @@
 
 use ron::Error;
 
-use super::error::Problem;
 use crate::node::nearest;
 
-/// What was to come when the parser gave up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Expecting {
-    Scene,
-    Node,
-    Field,
-    Value,
-    Def,
-    Use,
-}
+/// What was to come where something else stands.
+pub(super) const SCENE: &str = "a scene file starts with `Scene(version: 1, root: …)`";
+pub(super) const SCENE_FIELDS: &str = "`(` is expected here: `Scene(version: 1, root: …)`";
+pub(super) const NODE: &str = "a node is expected here, such as `Cube()`, `Def(\"name\", Cube())` or `Use(\"name\")`";
+pub(super) const FIELD: &str = "the name of a field is expected here, as in `width: 2.0`, without quotes";
+pub(super) const COLON: &str = "`:` and a value are expected after the name of a field";
+pub(super) const COMMA: &str = "`,` or the closing bracket is expected here";
+pub(super) const END: &str = "nothing may follow the `)` that closes the scene";
+pub(super) const DEF: &str = "Def takes a name and a node: `Def(\"name\", Cube())`";
+pub(super) const USE: &str = "Use takes a name: `Use(\"name\")`";
+pub(super) const COMMENT: &str = "the comment is not closed: `*/` is missing at its end";
+pub(super) const EMPTY: &str = "the file is empty: a scene starts with `Scene(version: 1, root: …)`";
 
-/// A mistake of syntax in words.
-pub(super) fn message(error: &Error, expecting: Expecting) -> String {
-    let text = match (error, expecting) {
-        (_, Expecting::Scene) if no_word(error) => "a scene file starts with `Scene(version: 1, root: …)`",
-        (_, Expecting::Node) if no_word(error) => {
-            "a node is expected here, such as `Cube()`, `Def(\"name\", Cube())` or `Use(\"name\")`"
-        }
-        (_, Expecting::Field) if no_word(error) => {
-            "the name of a field is expected here, as in `width: 2.0`, without quotes"
-        }
-        (Error::ExpectedStructLike, Expecting::Scene) => "`(` is expected here: `Scene(version: 1, root: …)`",
-        (_, Expecting::Def | Expecting::Use) if is_shape(error) => return arguments(expecting).to_string(),
-        (Error::ExpectedMapColon, _) => "`:` and a value are expected after the name of a field",
-        (Error::ExpectedComma, _) => "`,` or the closing bracket is expected here",
-        (Error::ExpectedStructLikeEnd, _) => "`)` is expected here",
-        (Error::ExpectedArrayEnd, _) => "`]` is expected here",
-        (Error::ExpectedStructLike, _) => "`(` is expected here",
-        (Error::ExpectedArray, _) => "`[` is expected here",
-        (Error::ExpectedStringEnd, _) => "the string is not closed: `\"` is missing at its end",
-        (Error::UnclosedBlockComment, _) => "the comment is not closed: `*/` is missing at its end",
-        (Error::TrailingCharacters, _) => "nothing may follow the `)` that closes the scene",
-        (Error::ExceededRecursionLimit | Error::ExpectedRawValue, _) => "the value is nested too deep",
-        (Error::UnexpectedChar(c), _) => return format!("the character {c:?} can not stand here"),
-        (other, _) => return reason(other),
+/// A value that is none, in words.
+pub(super) fn message(error: &Error) -> String {
+    let text = match error {
+        Error::ExpectedMapColon => COLON,
+        Error::ExpectedComma => COMMA,
+        Error::ExpectedStructLikeEnd => "`)` is expected here",
+        Error::ExpectedArrayEnd => "`]` is expected here",
+        Error::ExpectedArray => "`[` is expected here",
+        Error::ExpectedStringEnd => "the string is not closed: `\"` is missing at its end",
+        Error::UnclosedBlockComment => COMMENT,
+        Error::ExceededRecursionLimit => "the value is nested too deep",
+        Error::UnexpectedChar(c) => return format!("the character {c:?} can not stand here"),
+        other => return reason(other),
     };
     text.to_owned()
-}
-
-/// What stands in the parentheses of a Def or Use.
-pub(super) fn arguments(word: Expecting) -> Problem {
-    let text = match word {
-        Expecting::Def => "Def takes a name and a node: `Def(\"name\", Cube())`",
-        _ => "Use takes a name: `Use(\"name\")`",
-    };
-    Problem::Syntax(text.to_owned())
-}
-
-/// Whether something else than a word stands where a word should.
-fn no_word(error: &Error) -> bool {
-    matches!(
-        error,
-        Error::ExpectedIdentifier
-            | Error::InvalidIdentifier(_)
-            | Error::SuggestRawIdentifier(_)
-            | Error::UnexpectedChar(_)
-            | Error::Eof
-    )
-}
-
-fn is_shape(error: &Error) -> bool {
-    matches!(
-        error,
-        Error::ExpectedStructLike | Error::ExpectedStructLikeEnd | Error::ExpectedComma | Error::ExpectedIdentifier
-    )
 }
 
 /// What is wrong with a value.

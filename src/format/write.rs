@@ -1,11 +1,12 @@
 //! Writing: from a graph to a text that reads as the same graph.
 
-use std::collections::{HashMap, HashSet};
 use std::path::Path;
+
+use slotmap::SecondaryMap;
 
 use super::error::WriteError;
 use super::{MAX_NESTING, VERSION};
-use crate::node::{FieldValue, NodeInfo, Texture2};
+use crate::node::{FieldValue, Node, NodeInfo, Texture2};
 use crate::output::write_file;
 use crate::scene::{NodeKey, Scene};
 
@@ -43,8 +44,14 @@ const WIDTH: usize = 120;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn write_scene(scene: &Scene) -> Result<String, WriteError> {
-    let mut writer =
-        Writer { scene, names: names(scene), text: String::new(), written: HashSet::new(), open: Vec::new() };
+    let mut writer = Writer {
+        scene,
+        names: names(scene),
+        text: String::new(),
+        written: SecondaryMap::new(),
+        open: Vec::new(),
+        fields: Vec::new(),
+    };
     writer.text.push_str(&format!("Scene(\n    version: {VERSION},\n    root: "));
     writer.node(scene.root(), 0)?;
     while let Some(open) = writer.open.last_mut() {
@@ -73,28 +80,26 @@ pub fn save_scene(scene: &Scene, path: impl AsRef<Path>) -> Result<(), WriteErro
     Ok(())
 }
 
-/// The names under which nodes are written: their own, and new ones for nodes that are shared and have none.
-fn names(scene: &Scene) -> HashMap<NodeKey, String> {
-    let mut names = HashMap::new();
-    let mut seen = HashSet::new();
+/// New names for nodes that are shared and have none.
+fn names(scene: &Scene) -> SecondaryMap<NodeKey, String> {
+    let mut names = SecondaryMap::new();
+    let mut seen = SecondaryMap::new();
     let mut pending = vec![scene.root()];
     let mut last = 0;
     // Depth first from left to right, so that numbers come in the order of the text. A node comes here once for each of
     // its places; what is below it is looked at once.
     while let Some(key) = pending.pop() {
-        if seen.insert(key) {
-            names.extend(scene.name(key).map(|name| (key, name.to_owned())));
+        if seen.insert(key, ()).is_none() {
             pending.extend(scene.children(key).iter().rev());
-        } else {
-            names.entry(key).or_insert_with(|| {
-                loop {
-                    last += 1;
-                    let name = format!("shared_{last}");
-                    if scene.find(&name).is_none() {
-                        return name;
-                    }
+        } else if scene.name(key).is_none() && !names.contains_key(key) {
+            let name = loop {
+                last += 1;
+                let name = format!("shared_{last}");
+                if scene.find(&name).is_none() {
+                    break name;
                 }
-            });
+            };
+            names.insert(key, name);
         }
     }
     names
@@ -112,10 +117,12 @@ struct Open {
 
 struct Writer<'s> {
     scene: &'s Scene,
-    names: HashMap<NodeKey, String>,
+    names: SecondaryMap<NodeKey, String>,
     text: String,
-    written: HashSet<NodeKey>,
+    written: SecondaryMap<NodeKey, ()>,
     open: Vec<Open>,
+    /// The fields of the node that is being written, and their values.
+    fields: Vec<(&'static str, String)>,
 }
 
 impl Writer<'_> {
@@ -133,47 +140,65 @@ impl Writer<'_> {
         }
         let Some(node) = self.scene.node(key) else { return Ok(()) };
         let info = node.info();
-        let name = self.names.get(&key).map(FieldValue::write);
-        if let Some(name) = name.as_ref().filter(|_| self.written.contains(&key)) {
-            self.text.push_str(&format!("Use({name}),\n"));
+        let name = self.scene.name(key).or_else(|| self.names.get(key).map(String::as_str));
+        let name = name.map(|name| name.to_owned().write());
+        let again = self.written.insert(key, ()).is_some();
+        if let Some(name) = name.as_ref().filter(|_| again) {
+            self.push(&["Use(", name, "),\n"]);
             return Ok(());
         }
-        self.written.insert(key);
         if self.scene.get::<Texture2>(key).is_some_and(|texture| texture.image.is_some()) {
             return Err(WriteError::ImageInMemory { path: self.path(key, index) });
         }
-        let fields = self.fields(key, index, info)?;
         let children = info.children.filter(|_| !self.scene.children(key).is_empty());
 
-        let (before, after) = match &name {
-            Some(name) => (format!("Def({name}, "), "))"),
-            None => (String::new(), ")"),
-        };
-        self.text.push_str(&format!("{before}{}(", info.kind));
-        let list = children.map(|rule| format!("{}: [", rule.field));
-        let one_line = fields.iter().chain(&list).cloned().collect::<Vec<_>>().join(", ");
-        let column = 4 * (self.open.len() + 1) + before.chars().count() + info.kind.len();
-        if column + one_line.chars().count() < WIDTH || fields.is_empty() {
-            self.text.push_str(&one_line);
-        } else {
-            for field in fields {
+        let start = self.text.len();
+        let after = if name.is_some() { "))" } else { ")" };
+        if let Some(name) = &name {
+            self.push(&["Def(", name, ", "]);
+        }
+        self.push(&[info.kind, "("]);
+        self.fields(key, index, info)?;
+        let fields = std::mem::take(&mut self.fields);
+        let begin = self.text.len();
+        for (k, (field, value)) in fields.iter().enumerate() {
+            self.push(&[if k > 0 { ", " } else { "" }, field, ": ", value]);
+        }
+        if let Some(rule) = children {
+            self.push(&[if fields.is_empty() { "" } else { ", " }, rule.field, ": ["]);
+        }
+        let line = self.text.get(start..).unwrap_or_default();
+        let width = 4 * (self.open.len() + 1) + line.chars().count();
+        if width > WIDTH && !fields.is_empty() {
+            self.text.truncate(begin);
+            for (field, value) in &fields {
                 self.text.push('\n');
                 self.indent();
-                self.text.push_str(&format!("    {field},"));
+                self.push(&["    ", field, ": ", value, ","]);
             }
             self.text.push('\n');
             self.indent();
-            self.text.extend(list);
+            if let Some(rule) = children {
+                self.push(&[rule.field, ": ["]);
+            }
         }
+        self.fields = fields;
+        self.fields.clear();
         if children.is_some() {
             self.text.push('\n');
             let closing = if after.len() == 2 { "]))" } else { "])" };
             self.open.push(Open { key, next: 0, closing, index });
         } else {
-            self.text.push_str(after);
-            self.text.push_str(",\n");
+            self.push(&[after, ",\n"]);
         }
         Ok(())
+    }
+
+    /// Appends parts of a line.
+    fn push(&mut self, parts: &[&str]) {
+        for part in parts {
+            self.text.push_str(part);
+        }
     }
 
     /// Closes the innermost group.
@@ -185,19 +210,19 @@ impl Writer<'_> {
         }
     }
 
-    /// The fields of a node that differ from their defaults.
-    fn fields(&self, key: NodeKey, index: usize, info: &'static NodeInfo) -> Result<Vec<String>, WriteError> {
-        let Some(node) = self.scene.node(key) else { return Ok(Vec::new()) };
-        let mut fields = Vec::new();
-        let mut copy = (info.make)();
+    /// Notes the fields of a node that differ from their defaults.
+    fn fields(&mut self, key: NodeKey, index: usize, info: &'static NodeInfo) -> Result<(), WriteError> {
+        let Some(node) = self.scene.node(key) else { return Ok(()) };
+        let mut copy = None;
         for field in info.fields {
             let Some(value) = (field.write)(node) else { continue };
+            let copy: &mut Box<dyn Node> = copy.get_or_insert_with(info.make);
             if (field.read)(copy.as_mut(), &value).is_err() {
                 return Err(WriteError::Value { path: self.path(key, index), field: field.name, value });
             }
-            fields.push(format!("{}: {value}", field.name));
+            self.fields.push((field.name, value));
         }
-        Ok(fields)
+        Ok(())
     }
 
     /// The way to a node that is about to be written.

@@ -23,7 +23,7 @@ pub struct CameraFields {
 }
 
 fn place(fields: CameraFields, state: &mut State, cx: &PropertyContext<'_>) {
-    state.camera = Some(Arc::new(PlacedCamera { fields, model: state.model, key: cx.key, path: Default::default() }));
+    state.camera = Some(Arc::new(PlacedCamera { fields, model: state.model, key: cx.key, path: cx.path.clone() }));
 }
 
 fn problems(near: Option<f64>, far: Option<f64>, position: Option<DVec3>, look_at: Option<DVec3>) -> Vec<FieldProblem> {

@@ -6,7 +6,8 @@ use crate::action::{Aabb, ShapeContext, ShapeError};
 crate::define_node! {
     /// A box around the origin, its faces along the axes.
     ///
-    /// Drawn, boxed and picked as its twelve triangles, two per face.
+    /// Drawn, boxed and picked as its twelve triangles, two per face. Faces may have materials of their own: front (towards +z),
+    /// back, left (−x), right, top (+y), bottom.
     ///
     /// ```ron
     /// Cube(width: 4.0)
@@ -34,7 +35,7 @@ impl ShapeNode for Cube {
         Ok(Some(Aabb { min: -half, max: half }))
     }
 
-    fn primitives(&self, _: &ShapeContext<'_>, sink: &mut dyn FnMut(Triangle)) -> Result<(), ShapeError> {
+    fn primitives(&self, cx: &ShapeContext<'_>, sink: &mut dyn FnMut(Triangle)) -> Result<(), ShapeError> {
         let half = DVec3::new(self.width, self.height, self.depth) * 0.5;
         // Per face: its normal, its direction of s and its direction of t as seen from outside.
         let faces = [
@@ -45,11 +46,14 @@ impl ShapeNode for Cube {
             (DVec3::Y, DVec3::X, DVec3::NEG_Z),
             (DVec3::NEG_Y, DVec3::X, DVec3::Z),
         ];
-        for (normal, s, t) in faces {
+        let binding = cx.state.material_binding;
+        for (face, (normal, s, t)) in (0..).zip(faces) {
+            let materials = [if binding.is_per_part() || binding.is_per_face() { face } else { 0 }; 3];
             let corner = |a: f64, b: f64| ((normal + s * a + t * b) * half, DVec2::new(a, b) * 0.5 + 0.5);
             let [p, q, r, o] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
             for corners in [[p, q, r], [p, r, o]] {
-                sink(Triangle { points: corners.map(|c| c.0), normals: [normal; 3], uvs: corners.map(|c| c.1) });
+                let (points, uvs) = (corners.map(|c| c.0), corners.map(|c| c.1));
+                sink(Triangle { points, normals: [normal; 3], uvs, materials });
             }
         }
         Ok(())

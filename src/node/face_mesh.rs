@@ -2,7 +2,7 @@
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 use std::collections::HashMap;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use glam::{DAffine3, DVec2, DVec3};
 
@@ -11,8 +11,8 @@ use super::{
     VertexProperty,
 };
 use crate::action::{
-    Aabb, Bvh, Crossings, DrawContext, DrawOptions, Geometry, GeometryKind, Mesh, PropertyContext, Ray, ShapeContext,
-    ShapeError, meet_triangle,
+    Aabb, ActionKind, Bvh, CornerData, Crossings, DrawContext, DrawOptions, Geometry, GeometryKind, Mesh,
+    PropertyContext, Ray, ShapeContext, ShapeError, State, meet_triangle,
 };
 use crate::scene::NodeKey;
 
@@ -23,6 +23,7 @@ pub(crate) struct MeshInputs {
     pub(super) coordinates: List<DVec3>,
     pub(super) normals: List<DVec3>,
     pub(super) normal_binding: Binding,
+    pub(super) material_binding: Binding,
     pub(super) texture_coordinates: List<DVec2>,
     hints: ShapeHints,
 }
@@ -35,6 +36,7 @@ impl MeshInputs {
             && self.coordinates.same(&other.coordinates)
             && self.normals.same(&other.normals)
             && self.normal_binding == other.normal_binding
+            && self.material_binding == other.material_binding
             && self.texture_coordinates.same(&other.texture_coordinates)
             && self.hints == other.hints
     }
@@ -47,13 +49,54 @@ impl MeshInputs {
     }
 }
 
-/// A corner of a face: the indices of what belongs to it.
+/// A corner of a face, a vertex of a line, or a point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Corner {
+    /// Its index into the coordinates.
     pub(super) point: i64,
-    /// For bindings per vertex.
-    pub(super) normal: i64,
-    pub(super) texture: i64,
+    /// Its place in the shape's lists of indices.
+    pub(super) at: usize,
+    /// Its number among all corners, or that of its point where the shape has no indices.
+    pub(super) running: i64,
+}
+
+impl Corner {
+    /// Of a shape without indices: everything per vertex has the number of the point.
+    pub(super) fn plain(k: usize) -> Self {
+        Self { point: k as i64, at: k, running: k as i64 }
+    }
+}
+
+/// Lists of indices of a shape; empty for one that has none.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Lists {
+    pub(super) normal: List<i32>,
+    pub(super) material: List<i32>,
+    pub(super) texture: List<i32>,
+}
+
+/// The index at a place of a list, or what it is without the list; −1 beyond its end.
+fn listed(list: &[i32], at: usize, otherwise: i64) -> i64 {
+    match list {
+        // Open Inventor writes [-1] for none.
+        [] | [-1] => otherwise,
+        list => list.get(at).map_or(-1, |&index| index.into()),
+    }
+}
+
+impl Binding {
+    /// The number of the normal or colour of a corner of a face of a part.
+    pub(super) fn number(self, list: &[i32], part: usize, face: usize, corner: &Corner) -> i64 {
+        match self {
+            Binding::Overall => 0,
+            Binding::PerPart => part as i64,
+            Binding::PerPartIndexed => listed(list, part, part as i64),
+            Binding::PerFace => face as i64,
+            Binding::PerFaceIndexed => listed(list, face, face as i64),
+            Binding::PerVertex => corner.running,
+            Binding::PerVertexIndexed => listed(list, corner.at, corner.point),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -72,12 +115,22 @@ pub(crate) struct FaceMesh {
     normals: List<DVec3>,
     uvs: List<DVec2>,
     triangles: Vec<MeshTriangle>,
+    /// Numbers of the colours at the corners of each triangle, where they differ.
+    materials: Vec<[u32; 3]>,
+    material_binding: Binding,
     bounds: Option<Aabb>,
     /// Whether only the normals tell which side is outside.
     outside_by_normals: bool,
     bvh: OnceLock<Bvh>,
-    drawn: OnceLock<Option<(DVec3, Arc<Mesh>)>>,
+    /// By what its corners carry, those used last at the end.
+    drawn: Mutex<Vec<(CornerData, Drawn)>>,
 }
+
+/// Relative to a point; `None` if there is nothing.
+type Drawn = Option<(DVec3, Arc<Mesh>)>;
+
+/// In how many ways a mesh is kept for the GPU.
+const WAYS: usize = 4;
 
 impl FaceMesh {
     /// The mesh of a set of faces at its place: the one made before if nothing that it depends on has changed.
@@ -101,8 +154,8 @@ impl FaceMesh {
     }
 
     pub(super) fn primitives(&self, sink: &mut dyn FnMut(Triangle)) {
-        for t in &self.triangles {
-            sink(self.triangle(t));
+        for (k, t) in self.triangles.iter().enumerate() {
+            sink(Triangle { materials: self.materials.get(k).copied().unwrap_or_default(), ..self.triangle(t) });
         }
     }
 
@@ -111,6 +164,7 @@ impl FaceMesh {
             points: self.corners(t),
             normals: t.normals.map(|k| self.normals.get(k as usize).copied().unwrap_or(DVec3::Z)),
             uvs: t.uvs.map(|k| self.uvs.get(k as usize).copied().unwrap_or_default()),
+            materials: [0; 3],
         }
     }
 
@@ -166,72 +220,120 @@ impl FaceMesh {
     }
 
     pub(super) fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
-        let drawn = self.drawn.get_or_init(|| {
-            // Relative to a corner, so that a mesh with large local coordinates keeps its digits.
-            let anchor = self.corners(self.triangles.first()?).first().copied()?;
-            let mut mesh = Mesh { positions: Vec::new(), normals: Vec::new(), triangles: Vec::new() };
-            let mut known: HashMap<(u32, u32), u32> = HashMap::new();
-            for t in &self.triangles {
-                let triangle = self.triangle(t);
-                let mut corners = [0; 3];
-                let [a, b, c] = triangle.points;
-                let turned =
-                    self.outside_by_normals && (b - a).cross(c - a).dot(triangle.normals.into_iter().sum()) < 0.0;
-                let given = t.points.into_iter().zip(t.normals).zip(triangle.points.into_iter().zip(triangle.normals));
-                for (corner, (key, (point, normal))) in corners.iter_mut().zip(given) {
-                    *corner = *known.entry(key).or_insert_with(|| {
-                        mesh.positions.push((point - anchor).as_vec3());
-                        mesh.normals.push(normal.as_vec3());
-                        mesh.positions.len() as u32 - 1
-                    });
-                }
-                let [a, b, c] = corners;
-                mesh.triangles.push(if turned { [a, c, b] } else { corners });
+        let data = cx.corner_data();
+        let mut kept = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
+        let drawn = match kept.iter().position(|(known, _)| *known == data) {
+            Some(place) => kept.remove(place),
+            None => {
+                let drawn = self.drawn_with(&data)?;
+                (data, drawn)
             }
-            Some((anchor, Arc::new(mesh)))
-        });
-        let Some((anchor, mesh)) = drawn else { return Ok(()) };
+        };
+        let mesh = drawn.1.clone();
+        kept.push(drawn);
+        if kept.len() > WAYS {
+            drop(kept.remove(0));
+        }
+        drop(kept);
+        let Some((anchor, mesh)) = mesh else { return Ok(()) };
         let options = DrawOptions { two_sided: true, ..DrawOptions::plain(GeometryKind::Mesh) };
-        cx.draw(Geometry::Mesh(Arc::clone(mesh)), &DAffine3::from_translation(*anchor), options)
+        cx.draw(Geometry::Mesh(mesh), &DAffine3::from_translation(anchor), options)
+    }
+
+    /// The mesh as a GPU gets it. Corners that look the same are one.
+    fn drawn_with(&self, data: &CornerData) -> Result<Drawn, ShapeError> {
+        // Relative to a corner, so that a mesh with large local coordinates keeps its digits.
+        let anchor = self.triangles.first().and_then(|t| self.corners(t).first().copied());
+        let Some(anchor) = anchor else { return Ok(None) };
+        let mut mesh = Mesh::default();
+        let mut known: HashMap<[u32; 3], u32> = HashMap::new();
+        for (index, t) in self.triangles.iter().enumerate() {
+            let triangle = self.triangle(t);
+            let materials = data.colors.as_ref().and_then(|_| self.materials.get(index)).copied().unwrap_or_default();
+            let [a, b, c] = triangle.points;
+            let turned = self.outside_by_normals && (b - a).cross(c - a).dot(triangle.normals.into_iter().sum()) < 0.0;
+            let mut corners = [0; 3];
+            let given = t.points.into_iter().zip(t.normals).zip(materials);
+            for ((corner, ((point, normal), material)), k) in corners.iter_mut().zip(given).zip(0..) {
+                let next = mesh.positions.len() as u32;
+                *corner = *known.entry([point, normal, material]).or_insert(next);
+                if *corner == next {
+                    let at = |of: &[DVec3; 3]| of.get(k).copied().unwrap_or_default();
+                    mesh.positions.push((at(&triangle.points) - anchor).as_vec3());
+                    mesh.normals.push(at(&triangle.normals).as_vec3());
+                    if let Some(colors) = &data.colors {
+                        let color = colors.of(material, self.material_binding, ("face", t.face as usize))?;
+                        mesh.colors.push(color);
+                    }
+                }
+            }
+            let [a, b, c] = corners;
+            mesh.triangles.push(if turned { [a, c, b] } else { corners });
+        }
+        Ok(Some((anchor, Arc::new(mesh))))
+    }
+}
+
+/// The State of a shape with its own VertexProperty, if it has one.
+fn own_state(cx: &ShapeContext<'_>, key: Option<NodeKey>) -> Option<State> {
+    let own = cx.scene.children(key?).first().copied()?;
+    let property = cx.scene.get::<VertexProperty>(own)?;
+    let mut state = cx.state.clone();
+    // No visit of a walk: nobody asks this State who set what.
+    let (scene, path, action) = (cx.scene, cx.path, ActionKind::Other);
+    property.apply(&mut state, &PropertyContext { scene, key: own, path, action, visit: 0 });
+    Some(state)
+}
+
+/// Draws with what a shape's own VertexProperty says.
+pub(super) fn draw_with_own(
+    cx: &mut DrawContext<'_>,
+    draw: impl FnOnce(&mut DrawContext<'_>) -> Result<(), ShapeError>,
+) -> Result<(), ShapeError> {
+    match own_state(&cx.shape, cx.shape.path.tail()) {
+        Some(state) => cx.with_state(&state, draw),
+        None => draw(cx),
     }
 }
 
 /// What the mesh of a shape depends on, its own VertexProperty included.
 pub(super) fn inputs(cx: &ShapeContext<'_>, key: Option<NodeKey>) -> MeshInputs {
-    let own = key.and_then(|key| cx.scene.children(key).first().copied());
-    let own = own.and_then(|key| Some((key, cx.scene.get::<VertexProperty>(key)?)));
-    let version = key.and_then(|key| cx.scene.subtree_version(key));
-    let of = |state: &crate::action::State| MeshInputs {
-        version,
+    let own = own_state(cx, key);
+    let state = own.as_ref().unwrap_or(cx.state);
+    MeshInputs {
+        version: key.and_then(|key| cx.scene.subtree_version(key)),
         coordinates: state.coordinates.clone(),
         normals: state.normals.clone(),
         normal_binding: state.normal_binding,
+        material_binding: state.material_binding,
         texture_coordinates: state.texture_coordinates.clone(),
         hints: state.shape_hints.clone(),
-    };
-    match own {
-        Some((key, property)) => {
-            let mut state = cx.state.clone();
-            // No visit of a walk: nobody asks this State who set what.
-            property.apply(&mut state, &PropertyContext { scene: cx.scene, key, visit: 0 });
-            of(&state)
-        }
-        None => of(cx.state),
     }
 }
 
 /// Takes faces and makes the mesh.
 pub(super) struct Builder<'i> {
     inputs: &'i MeshInputs,
+    /// What the indices of the shape say.
+    pub(super) lists: Lists,
     triangles: Vec<MeshTriangle>,
+    materials: Vec<[u32; 3]>,
     /// A normal per face, for those that are worked out.
     face_normals: Vec<DVec3>,
-    polygon: Vec<[u32; 3]>,
+    /// Corners of the face: point, normal, texture coordinate, colour.
+    polygon: Vec<[u32; 4]>,
 }
 
 impl<'i> Builder<'i> {
     fn new(inputs: &'i MeshInputs) -> Self {
-        Self { inputs, triangles: Vec::new(), face_normals: Vec::new(), polygon: Vec::new() }
+        Self {
+            inputs,
+            lists: Lists::default(),
+            triangles: Vec::new(),
+            materials: Vec::new(),
+            face_normals: Vec::new(),
+            polygon: Vec::new(),
+        }
     }
 
     /// Number of points that faces may refer to.
@@ -239,40 +341,34 @@ impl<'i> Builder<'i> {
         self.inputs.coordinates.len()
     }
 
-    /// What the normals belong to.
-    pub(super) fn binding(&self) -> Binding {
-        self.inputs.normal_binding
-    }
-
-    /// Adds a face. `indices`: the field that its corners come from, for messages. `normal`: index of its normal, where
-    /// normals belong to faces or parts.
+    /// Adds a face. `indices`: the field that its corners come from, for messages.
     pub(super) fn face(
         &mut self,
         indices: &'static str,
         face: usize,
         part: usize,
-        normal: i64,
         corners: &[Corner],
     ) -> Result<(), ShapeError> {
-        let MeshInputs { coordinates, normals, normal_binding, texture_coordinates, hints, .. } = self.inputs;
+        let MeshInputs { coordinates, normals, normal_binding, material_binding, texture_coordinates, hints, .. } =
+            self.inputs;
+        let lists = &self.lists;
         self.polygon.clear();
         let mut around = DVec3::ZERO;
         let who = ("face", face);
         for corner in corners {
             let point =
                 index(corner.point, coordinates.len(), indices, who, "points", "Coordinate3 or a vertex_property")?;
-            let normal = match normal_binding {
-                _ if normals.is_empty() => 0,
-                Binding::Overall => 0,
-                Binding::PerVertex | Binding::PerVertexIndexed => {
-                    index(corner.normal, normals.len(), "normal_index", who, "normals", "Normal")?
+            let normal = match normals.is_empty() {
+                true => 0,
+                false => {
+                    let number = normal_binding.number(&lists.normal, part, face, corner);
+                    index(number, normals.len(), "normal_index", who, "normals", "Normal")?
                 }
-                _ => index(normal, normals.len(), "normal_index", who, "normals", "Normal")?,
             };
             let uv = match texture_coordinates.is_empty() {
                 true => point,
                 false => index(
-                    corner.texture,
+                    listed(&lists.texture, corner.at, corner.point),
                     texture_coordinates.len(),
                     "texture_coord_index",
                     who,
@@ -280,9 +376,10 @@ impl<'i> Builder<'i> {
                     "TextureCoordinate2",
                 )?,
             };
-            self.polygon.push([point, normal, uv]);
+            let material = color_number(material_binding.number(&lists.material, part, face, corner), who)?;
+            self.polygon.push([point, normal, uv, material]);
         }
-        let at = |corner: &[u32; 3]| coordinates.get(corner[0] as usize).copied().unwrap_or_default();
+        let at = |corner: &[u32; 4]| coordinates.get(corner[0] as usize).copied().unwrap_or_default();
         let Some(&start) = self.polygon.first() else { return Ok(()) };
         // Newell's normal of a polygon, relative to a corner so that digits are not lost far from the origin.
         for pair in self.polygon.windows(2) {
@@ -301,27 +398,33 @@ impl<'i> Builder<'i> {
                 corner[1] = number;
             }
         }
-        let flat = |cut: [usize; 3], polygon: &[[u32; 3]]| {
+        let colored = *material_binding != Binding::Overall;
+        let (triangles, materials) = (&mut self.triangles, &mut self.materials);
+        let mut add = |cut: [usize; 3], polygon: &[[u32; 4]]| {
             let [a, b, c] = cut.map(|k| polygon.get(k).copied().unwrap_or(start));
             let [a, b, c] = if clockwise { [a, c, b] } else { [a, b, c] };
             let of = |k: usize| [a, b, c].map(|corner| corner.get(k).copied().unwrap_or_default());
-            MeshTriangle { points: of(0), normals: of(1), uvs: of(2), face: face as u32, part: part as u32 }
+            let (face, part) = (face as u32, part as u32);
+            triangles.push(MeshTriangle { points: of(0), normals: of(1), uvs: of(2), face, part });
+            if colored {
+                materials.push(of(3));
+            }
         };
         if hints.face_type == FaceType::UnknownFaceType && self.polygon.len() > 3 {
             let points: Vec<DVec3> = self.polygon.iter().map(at).collect();
             for cut in ears(&points, around) {
-                self.triangles.push(flat(cut, &self.polygon));
+                add(cut, &self.polygon);
             }
         } else {
             for k in 2..self.polygon.len() {
-                self.triangles.push(flat([0, k - 1, k], &self.polygon));
+                add([0, k - 1, k], &self.polygon);
             }
         }
         Ok(())
     }
 
     fn finish(self) -> Result<FaceMesh, ShapeError> {
-        let Self { inputs, mut triangles, face_normals, .. } = self;
+        let Self { inputs, mut triangles, materials, face_normals, .. } = self;
         let points = inputs.coordinates.clone();
         let used = || triangles.iter().flat_map(|t| t.points).filter_map(|k| points.get(k as usize).copied());
         let bounds = Aabb::of(used());
@@ -338,8 +441,27 @@ impl<'i> Builder<'i> {
         };
         let ordering = inputs.hints.vertex_ordering;
         let outside_by_normals = !inputs.normals.is_empty() && ordering == VertexOrdering::UnknownOrdering;
-        Ok(FaceMesh { points, normals, uvs, triangles, bounds, outside_by_normals, ..FaceMesh::default() })
+        let material_binding = inputs.material_binding;
+        Ok(FaceMesh {
+            points,
+            normals,
+            uvs,
+            triangles,
+            materials,
+            material_binding,
+            bounds,
+            outside_by_normals,
+            ..FaceMesh::default()
+        })
     }
+}
+
+/// The number of a colour, which is looked up when it is drawn. `who`: what has it, and its number.
+pub(super) fn color_number(number: i64, who: (&str, usize)) -> Result<u32, ShapeError> {
+    u32::try_from(number).map_err(|_| ShapeError::Field {
+        field: "material_index",
+        message: format!("there is no index for {} {}: the list is too short, or has {number} there", who.0, who.1),
+    })
 }
 
 /// An index into a list, or what is wrong with it. `who`: what refers to it, and its number.

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
-use super::face_mesh::{Builder, Corner, FaceMesh};
-use super::{Binding, ChildRule, List, ShapeHit, ShapeNode, Triangle};
+use super::face_mesh::{Builder, Corner, FaceMesh, Lists, draw_with_own};
+use super::{ChildRule, List, ShapeHit, ShapeNode, Triangle};
 use crate::action::{Aabb, DrawContext, Ray, ShapeContext, ShapeError};
 
 /// The list of a shape's own VertexProperty.
@@ -32,7 +32,8 @@ macro_rules! mesh_shape {
             }
 
             fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
-                self.mesh(&cx.shape)?.draw(cx)
+                let mesh = self.mesh(&cx.shape)?;
+                draw_with_own(cx, |cx| mesh.draw(cx))
             }
         }
 
@@ -46,11 +47,6 @@ macro_rules! mesh_shape {
 
 mesh_shape!(IndexedFaceSet FaceSet IndexedTriangleStripSet TriangleStripSet QuadMesh);
 
-/// Whether a list of indices is given: Open Inventor writes [-1] for none.
-pub(super) fn given(indices: &[i32]) -> bool {
-    !matches!(indices, [] | [-1])
-}
-
 /// The runs of corners between −1s, each with the place of its first corner in the list.
 pub(super) fn runs(indices: &[i32]) -> impl Iterator<Item = (usize, &[i32])> {
     let mut start = 0;
@@ -61,41 +57,13 @@ pub(super) fn runs(indices: &[i32]) -> impl Iterator<Item = (usize, &[i32])> {
     })
 }
 
-/// Indices that the lists of an indexed set give to its corners.
-struct Indices<'a> {
-    normal_index: &'a [i32],
-    texture_coord_index: &'a [i32],
-    binding: Binding,
-}
-
-impl Indices<'_> {
-    fn of(list: &[i32], k: usize, otherwise: i64) -> i64 {
-        match given(list) {
-            // Beyond the end of the list: no index.
-            true => list.get(k).map_or(-1, |&index| i64::from(index)),
-            false => otherwise,
-        }
-    }
-
-    /// Corner number `k` of the list of indices, `running` without the −1s.
-    fn corner(&self, k: usize, running: usize, point: i32) -> Corner {
-        let point = i64::from(point);
-        let normal = match self.binding {
-            Binding::PerVertex => running as i64,
-            _ => Self::of(self.normal_index, k, point),
-        };
-        Corner { point, normal, texture: Self::of(self.texture_coord_index, k, point) }
-    }
-
-    /// The normal of a face, or of its part.
-    fn whole(&self, face: usize, part: usize) -> i64 {
-        match self.binding {
-            Binding::PerFace => face as i64,
-            Binding::PerPart => part as i64,
-            Binding::PerFaceIndexed => Self::of(self.normal_index, face, face as i64),
-            _ => Self::of(self.normal_index, part, part as i64),
-        }
-    }
+/// The corners of a run of indices: `at` is the place of the first in the list, `running` its number without the −1s.
+pub(super) fn corners(run: &[i32], at: usize, running: usize) -> impl ExactSizeIterator<Item = Corner> {
+    run.iter().enumerate().map(move |(k, &point)| Corner {
+        point: point.into(),
+        at: at + k,
+        running: (running + k) as i64,
+    })
 }
 
 crate::define_node! {
@@ -113,30 +81,33 @@ crate::define_node! {
         /// The corners of each polygon as indices into the coordinates, −1 after each. Faces of fewer than three corners are
         /// left out.
         pub coord_index: List<i32> = List::from([0]),
-        /// Indices of the normals, in the same places as `coord_index`, or one per face, as the NormalBinding says; [-1]:
+        /// Indices of the normals, in the same places as `coord_index`, or one per face, as the NormalBinding says; -1:
         /// the same as `coord_index`.
         pub normal_index: List<i32> = List::from([-1]),
-        /// Indices of the texture coordinates, in the same places as `coord_index`; [-1]: the same.
+        /// Indices of the colours, in the same places as `coord_index`, or one per face, as the MaterialBinding says; -1: the
+        /// same as `coord_index`.
+        pub material_index: List<i32> = List::from([-1]),
+        /// Indices of the texture coordinates, in the same places as `coord_index`; -1: the same.
         pub texture_coord_index: List<i32> = List::from([-1]),
     }
 }
 
 impl IndexedFaceSet {
     fn build(&self, _: &ShapeContext<'_>, builder: &mut Builder<'_>) -> Result<(), ShapeError> {
-        let indices = Indices {
-            normal_index: &self.normal_index,
-            texture_coord_index: &self.texture_coord_index,
-            binding: builder.binding(),
+        builder.lists = Lists {
+            normal: self.normal_index.clone(),
+            material: self.material_index.clone(),
+            texture: self.texture_coord_index.clone(),
         };
         let mut running = 0;
-        let mut corners = Vec::new();
+        let mut polygon = Vec::new();
         for (face, (at, run)) in runs(&self.coord_index).enumerate() {
-            corners.clear();
-            corners.extend(run.iter().enumerate().map(|(k, &point)| indices.corner(at + k, running + k, point)));
-            running += run.len();
-            if corners.len() >= 3 {
-                builder.face("coord_index", face, face, indices.whole(face, face), &corners)?;
+            if run.len() >= 3 {
+                polygon.clear();
+                polygon.extend(corners(run, at, running));
+                builder.face("coord_index", face, face, &polygon)?;
             }
+            running += run.len();
         }
         Ok(())
     }
@@ -157,7 +128,10 @@ crate::define_node! {
         /// Indices of the normals, in the same places as `coord_index`, or one per face or strip, as the NormalBinding says;
         /// [-1]: the same as `coord_index`.
         pub normal_index: List<i32> = List::from([-1]),
-        /// Indices of the texture coordinates, in the same places as `coord_index`; [-1]: the same.
+        /// Indices of the colours, in the same places as `coord_index`, or one per face or strip, as the MaterialBinding says; -1:
+        /// the same as `coord_index`.
+        pub material_index: List<i32> = List::from([-1]),
+        /// Indices of the texture coordinates, in the same places as `coord_index`; -1: the same.
         pub texture_coord_index: List<i32> = List::from([-1]),
     }
 }
@@ -169,13 +143,12 @@ fn strip(
     corners: &[Corner],
     first_face: usize,
     part: usize,
-    normal: impl Fn(usize) -> i64,
 ) -> Result<usize, ShapeError> {
     let mut face = first_face;
     for (k, triangle) in corners.windows(3).enumerate() {
         if let [a, b, c] = *triangle {
             let turned = if k % 2 == 0 { [a, b, c] } else { [b, a, c] };
-            builder.face(field, face, part, normal(face), &turned)?;
+            builder.face(field, face, part, &turned)?;
             face += 1;
         }
     }
@@ -184,26 +157,19 @@ fn strip(
 
 impl IndexedTriangleStripSet {
     fn build(&self, _: &ShapeContext<'_>, builder: &mut Builder<'_>) -> Result<(), ShapeError> {
-        let indices = Indices {
-            normal_index: &self.normal_index,
-            texture_coord_index: &self.texture_coord_index,
-            binding: builder.binding(),
+        builder.lists = Lists {
+            normal: self.normal_index.clone(),
+            material: self.material_index.clone(),
+            texture: self.texture_coord_index.clone(),
         };
         let (mut running, mut face) = (0, 0);
         for (part, (at, run)) in runs(&self.coord_index).enumerate() {
-            let corners: Vec<Corner> =
-                run.iter().enumerate().map(|(k, &point)| indices.corner(at + k, running + k, point)).collect();
+            let corners: Vec<Corner> = corners(run, at, running).collect();
             running += run.len();
-            face = strip(builder, "coord_index", &corners, face, part, |face| indices.whole(face, part))?;
+            face = strip(builder, "coord_index", &corners, face, part)?;
         }
         Ok(())
     }
-}
-
-/// The corner of a set without indices: everything per vertex has the number of the point.
-fn plain(k: usize) -> Corner {
-    let k = k as i64;
-    Corner { point: k, normal: k, texture: k }
 }
 
 /// The runs of points that numbers of vertices in a field say, from a first one on; −1: all that are left.
@@ -234,14 +200,6 @@ pub(super) fn stretches(
     Ok(found)
 }
 
-/// The normal of a face, or of its part, in a set without indices.
-fn whole(binding: Binding, face: usize, part: usize) -> i64 {
-    match binding {
-        Binding::PerFace | Binding::PerFaceIndexed => face as i64,
-        _ => part as i64,
-    }
-}
-
 crate::define_node! {
     /// Polygons whose corners are the coordinates one after the other.
     ///
@@ -261,15 +219,14 @@ crate::define_node! {
 
 impl FaceSet {
     fn build(&self, _: &ShapeContext<'_>, builder: &mut Builder<'_>) -> Result<(), ShapeError> {
-        let binding = builder.binding();
         for (face, range) in
             stretches(self.start_index, &self.num_vertices, "num_vertices", builder.points())?.into_iter().enumerate()
         {
             if range.len() >= 3 {
                 // The end first: a number beyond all points is not collected before it is refused.
-                builder.face("num_vertices", face, face, whole(binding, face, face), &[plain(range.end - 1)])?;
-                let corners: Vec<Corner> = range.map(plain).collect();
-                builder.face("num_vertices", face, face, whole(binding, face, face), &corners)?;
+                builder.face("num_vertices", face, face, &[Corner::plain(range.end - 1)])?;
+                let corners: Vec<Corner> = range.map(Corner::plain).collect();
+                builder.face("num_vertices", face, face, &corners)?;
             }
         }
         Ok(())
@@ -295,15 +252,14 @@ crate::define_node! {
 
 impl TriangleStripSet {
     fn build(&self, _: &ShapeContext<'_>, builder: &mut Builder<'_>) -> Result<(), ShapeError> {
-        let binding = builder.binding();
         let mut face = 0;
         for (part, range) in
             stretches(self.start_index, &self.num_vertices, "num_vertices", builder.points())?.into_iter().enumerate()
         {
             if range.len() >= 3 {
-                builder.face("num_vertices", face, part, whole(binding, face, part), &[plain(range.end - 1)])?;
-                let corners: Vec<Corner> = range.map(plain).collect();
-                face = strip(builder, "num_vertices", &corners, face, part, |face| whole(binding, face, part))?;
+                builder.face("num_vertices", face, part, &[Corner::plain(range.end - 1)])?;
+                let corners: Vec<Corner> = range.map(Corner::plain).collect();
+                face = strip(builder, "num_vertices", &corners, face, part)?;
             }
         }
         Ok(())
@@ -330,7 +286,6 @@ crate::define_node! {
 
 impl QuadMesh {
     fn build(&self, _: &ShapeContext<'_>, builder: &mut Builder<'_>) -> Result<(), ShapeError> {
-        let binding = builder.binding();
         let (columns, rows) = (self.vertices_per_row as usize, self.vertices_per_column as usize);
         if columns < 2 || rows < 2 {
             return Ok(());
@@ -341,10 +296,10 @@ impl QuadMesh {
             .map_or(0, |range| range.start);
         for row in 0..rows - 1 {
             for column in 0..columns - 1 {
-                let at = |r: usize, c: usize| plain(start + (row + r) * columns + column + c);
+                let at = |r: usize, c: usize| Corner::plain(start + (row + r) * columns + column + c);
                 let face = row * (columns - 1) + column;
                 let corners = [at(0, 0), at(1, 0), at(1, 1), at(0, 1)];
-                builder.face("vertices_per_column", face, row, whole(binding, face, row), &corners)?;
+                builder.face("vertices_per_column", face, row, &corners)?;
             }
         }
         Ok(())

@@ -51,8 +51,8 @@ impl PropertyNode for Normal {
     }
 }
 
-/// What the elements of a list belong to: the first to the first, the second to the second. With `Indexed` the shape's list
-/// of indices says which.
+/// What the normals or colours of a list belong to: the first to the first, the second to the second. With `Indexed` the shape's
+/// list of indices says which.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Binding {
     /// The first to all of the shape.
@@ -70,6 +70,26 @@ pub enum Binding {
     /// One to each corner, by index; where the shape has no such indices, by those of the coordinates.
     #[default]
     PerVertexIndexed,
+}
+
+impl Binding {
+    /// Whether it is one to each part, by index or not.
+    #[must_use]
+    pub fn is_per_part(self) -> bool {
+        matches!(self, Self::PerPart | Self::PerPartIndexed)
+    }
+
+    /// Whether it is one to each face, by index or not.
+    #[must_use]
+    pub fn is_per_face(self) -> bool {
+        matches!(self, Self::PerFace | Self::PerFaceIndexed)
+    }
+
+    /// Whether a list of indices says which.
+    #[must_use]
+    pub fn is_indexed(self) -> bool {
+        matches!(self, Self::PerPartIndexed | Self::PerFaceIndexed | Self::PerVertexIndexed)
+    }
 }
 
 enum_field!(Binding: Overall | PerPart | PerPartIndexed | PerFace | PerFaceIndexed | PerVertex | PerVertexIndexed);
@@ -115,9 +135,10 @@ impl PropertyNode for TextureCoordinate2 {
 }
 
 crate::define_node! {
-    /// Points, normals and texture coordinates in one node.
+    /// Points, normals, colours and texture coordinates in one node.
     ///
-    /// In the `vertex_property` of a set of faces it acts on that shape alone; as a child of a group on all that follow.
+    /// In the `vertex_property` of a set of faces, lines or points it acts on that shape alone; as a child of a group on all that
+    /// follow.
     /// Lists that are empty leave what was in force.
     ///
     /// ```ron
@@ -132,16 +153,25 @@ crate::define_node! {
         pub tex_coord: List<DVec2> = List::default(),
         /// What each normal belongs to; counts where there are normals.
         pub normal_binding: Binding = Binding::PerVertexIndexed,
+        /// Diffuse colours with their opacity instead of those of the Material: 0xRRGGBBAA, sRGB, `0xff0000ff` for red.
+        pub ordered_rgba: List<u32> = List::default(),
+        /// What each colour belongs to, as in MaterialBinding; counts where there are colours.
+        pub material_binding: Binding = Binding::Overall,
     }
 }
 
 impl PropertyNode for VertexProperty {
-    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+    fn apply(&self, state: &mut State, cx: &PropertyContext<'_>) {
         if !self.vertex.is_empty() {
             state.coordinates = self.vertex.clone();
         }
         if !self.normal.is_empty() {
             (state.normals, state.normal_binding) = (self.normal.clone(), self.normal_binding);
+        }
+        if !self.ordered_rgba.is_empty() {
+            (state.packed_colors, state.material_binding) = (self.ordered_rgba.clone(), self.material_binding);
+            state.credit(Aspect::Material, cx);
+            state.credit(Aspect::MaterialBinding, cx);
         }
         if !self.tex_coord.is_empty() {
             state.texture_coordinates = self.tex_coord.clone();

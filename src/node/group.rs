@@ -12,4 +12,8 @@ crate::define_node! {
     pub struct Group: group(ChildRule::ANY) {}
 }
 
-impl GroupNode for Group {}
+impl GroupNode for Group {
+    fn walks_all(&self) -> bool {
+        true
+    }
+}

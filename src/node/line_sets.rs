@@ -1,16 +1,16 @@
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::face_mesh::{index, inputs};
-use super::face_sets::{VERTEX_PROPERTY, given, runs, stretches};
+use super::face_mesh::{Corner, Lists, color_number, draw_with_own, index, inputs};
+use super::face_sets::{VERTEX_PROPERTY, corners, runs, stretches};
 use super::{Binding, HitDetail, LineDetail, List, MeshInputs, PointDetail, ShapeHit, ShapeNode, Style, Triangle};
-use crate::action::{Aabb, DrawContext, Near, PickCone, ShapeContext, ShapeError, Strokes};
+use crate::action::{Aabb, CornerData, DrawContext, Near, PickCone, ShapeContext, ShapeError, Strokes};
 
 /// A vertex of a line, or a point.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Vertex {
     point: u32,
     /// Normal of the piece that ends here, and of the one that begins here.
@@ -23,15 +23,21 @@ struct StrokeSet {
     points: List<DVec3>,
     normals: List<DVec3>,
     vertices: Vec<Vertex>,
+    /// Numbers of the colours of each vertex, as its normals, where they differ.
+    materials: Vec<[u32; 2]>,
+    material_binding: Binding,
     /// The lines as runs of vertices; none for points.
     lines: Vec<std::ops::Range<usize>>,
     bounds: Option<Aabb>,
-    /// As lines, and as points.
-    drawn: [OnceLock<Option<Anchored>>; 2],
+    /// As they were drawn last.
+    drawn: Mutex<Option<(Way, Drawn)>>,
 }
 
-/// Strokes relative to a point.
-type Anchored = (DVec3, Arc<Strokes>);
+/// Whether it is drawn as points, and what the ends of pieces carry.
+type Way = (bool, CornerData);
+
+/// Strokes relative to a point; `None` if there is nothing.
+type Drawn = Option<(DVec3, Arc<Strokes>)>;
 
 impl StrokeSet {
     /// The set of a shape at its place: the one made before if nothing that it depends on has changed. `build` adds the
@@ -42,7 +48,14 @@ impl StrokeSet {
     ) -> Result<Arc<StrokeSet>, ShapeError> {
         let key = cx.path.tail();
         cx.scene.resources().mesh(key, inputs(cx, key), |inputs| {
-            let mut builder = Builder { inputs, vertices: Vec::new(), lines: Vec::new(), pieces: 0 };
+            let mut builder = Builder {
+                inputs,
+                lists: Lists::default(),
+                vertices: Vec::new(),
+                materials: Vec::new(),
+                lines: Vec::new(),
+                pieces: 0,
+            };
             build(&mut builder)?;
             Ok(builder.finish())
         })
@@ -103,51 +116,66 @@ impl StrokeSet {
 
     fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
         let dots = self.lines.is_empty() || cx.shape.state.draw_style.style == Style::Points;
-        let [as_lines, as_points] = &self.drawn;
-        let drawn = if dots { as_points } else { as_lines }.get_or_init(|| self.strokes(dots));
+        let way = (dots, cx.corner_data());
+        let mut kept = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
+        let drawn = match &*kept {
+            Some((known, drawn)) if *known == way => drawn.clone(),
+            _ => {
+                let drawn = self.strokes(&way)?;
+                *kept = Some((way, drawn.clone()));
+                drawn
+            }
+        };
+        drop(kept);
         let Some((anchor, strokes)) = drawn else { return Ok(()) };
-        cx.draw_strokes(Arc::clone(strokes), &DAffine3::from_translation(*anchor))
+        cx.draw_strokes(strokes, &DAffine3::from_translation(anchor))
     }
 
-    fn strokes(&self, dots: bool) -> Option<Anchored> {
+    fn strokes(&self, (dots, data): &Way) -> Result<Drawn, ShapeError> {
         // Relative to a vertex, so that large local coordinates keep their digits.
-        let anchor = self.at(self.vertices.first()?);
-        let end = |vertex: &Vertex, normal: u32| {
-            let normal = self.normal(normal).map_or(Vec3::ZERO, DVec3::as_vec3);
-            [(self.at(vertex) - anchor).as_vec3(), normal]
-        };
-        let lit = !self.normals.is_empty();
-        let pieces = if dots {
-            self.vertices.iter().map(|v| [end(v, v.normals[0]); 2]).collect()
+        let Some(anchor) = self.vertices.first().map(|vertex| self.at(vertex)) else { return Ok(None) };
+        // Pairs of vertices, with the line that they are on.
+        let pairs: Vec<([usize; 2], usize)> = if *dots {
+            (0..self.vertices.len()).map(|k| ([k; 2], k)).collect()
         } else {
-            let pairs = self.runs().flat_map(|run| run.windows(2));
-            let piece = |pair: &[Vertex]| match pair {
-                [a, b] => Some([end(a, a.normals[1]), end(b, b.normals[0])]),
-                _ => None,
-            };
-            pairs.filter_map(piece).collect()
+            let lines = self.lines.iter().enumerate();
+            lines.flat_map(|(line, run)| run.clone().skip(1).map(move |k| ([k - 1, k], line))).collect()
         };
-        Some((anchor, Arc::new(Strokes { pieces, dots, lit })))
+        let end = |vertex: usize, side: usize| {
+            let vertex = self.vertices.get(vertex).copied().unwrap_or_default();
+            let normal = vertex.normals.get(side).and_then(|&normal| self.normal(normal));
+            [(self.at(&vertex) - anchor).as_vec3(), normal.map_or(Vec3::ZERO, DVec3::as_vec3)]
+        };
+        // What begins at the first one, and ends at the second.
+        let sides = if *dots { [0; 2] } else { [1, 0] };
+        let both = |[a, b]: [usize; 2]| [(a, sides[0]), (b, sides[1])];
+        let pieces = pairs.iter().map(|(pair, _)| both(*pair).map(|(vertex, side)| end(vertex, side))).collect();
+        let mut colors = Vec::new();
+        if let Some(given) = &data.colors {
+            let color = |(vertex, side): (usize, usize), line: usize| {
+                let material = self.materials.get(vertex).and_then(|sides| sides.get(side)).copied();
+                let who = if self.lines.is_empty() { ("point", vertex) } else { ("line", line) };
+                given.of(material.unwrap_or_default(), self.material_binding, who)
+            };
+            for (pair, line) in &pairs {
+                let [a, b] = both(*pair);
+                colors.push([color(a, *line)?, color(b, *line)?]);
+            }
+        }
+        let lit = !self.normals.is_empty();
+        Ok(Some((anchor, Arc::new(Strokes { pieces, colors, dots: *dots, lit }))))
     }
 }
 
 /// Takes vertices and makes the set.
 struct Builder<'i> {
     inputs: &'i MeshInputs,
+    lists: Lists,
     vertices: Vec<Vertex>,
+    materials: Vec<[u32; 2]>,
     lines: Vec<std::ops::Range<usize>>,
     /// Number of straight pieces so far.
     pieces: usize,
-}
-
-/// Where the normals of a set come from: its list of indices, if it has one.
-#[derive(Clone, Copy)]
-struct NormalsBy<'a> {
-    list: &'a [i32],
-    /// Place of the run's first vertex in the list.
-    at: usize,
-    /// Whether normals per vertex have the numbers of the points, instead of being counted.
-    by_point: bool,
 }
 
 impl Builder<'_> {
@@ -155,47 +183,41 @@ impl Builder<'_> {
         self.inputs.coordinates.len()
     }
 
-    /// Adds vertices: of a line, or points by themselves. `points`: their indices, from `field`.
+    /// Adds vertices: of a line, or points by themselves. `field`: where their points come from.
     fn run(
         &mut self,
         field: &'static str,
-        points: impl ExactSizeIterator<Item = i64>,
-        normals: NormalsBy<'_>,
+        corners: impl ExactSizeIterator<Item = Corner>,
         joined: bool,
     ) -> Result<(), ShapeError> {
-        let MeshInputs { coordinates, normals: given_normals, normal_binding, .. } = self.inputs;
-        let who = if joined { ("line", self.lines.len()) } else { ("point", self.vertices.len()) };
+        let MeshInputs { coordinates, normals, normal_binding, material_binding, .. } = self.inputs;
+        let line = self.lines.len();
         let start = self.vertices.len();
-        let listed = |place: usize, otherwise: i64| match given(normals.list) {
-            true => normals.list.get(place).map_or(-1, |&index| i64::from(index)),
-            false => otherwise,
-        };
-        let last = points.len().saturating_sub(1);
-        for (k, point) in points.enumerate() {
-            let sides = match *normal_binding {
-                _ if given_normals.is_empty() => [0; 2],
-                Binding::Overall => [0; 2],
-                // The piece that ends here, and the one that begins here.
-                Binding::PerPart | Binding::PerPartIndexed => {
-                    let pieces = [self.pieces + k.saturating_sub(1), self.pieces + k.min(last.saturating_sub(1))];
-                    match normal_binding {
-                        Binding::PerPart => pieces.map(|piece| piece as i64),
-                        _ => pieces.map(|piece| listed(piece, piece as i64)),
-                    }
-                }
-                Binding::PerFace => [self.lines.len() as i64; 2],
-                Binding::PerFaceIndexed => [listed(self.lines.len(), self.lines.len() as i64); 2],
-                Binding::PerVertex if normals.by_point => [point; 2],
-                Binding::PerVertex => [self.vertices.len() as i64; 2],
-                Binding::PerVertexIndexed => [listed(normals.at + k, point); 2],
+        let last = corners.len().saturating_sub(1);
+        for (k, corner) in corners.enumerate() {
+            let who = if joined { ("line", line) } else { ("point", corner.at) };
+            // The piece that ends here, and the one that begins here. A point is all there is of it.
+            let parts = match joined {
+                true => [self.pieces + k.saturating_sub(1), self.pieces + k.min(last.saturating_sub(1))],
+                false => [corner.at; 2],
             };
-            let point = index(point, coordinates.len(), field, who, "points", "Coordinate3 or a vertex_property")?;
-            let normal = |number| match given_normals.is_empty() {
+            let face = if joined { line } else { corner.at };
+            let point =
+                index(corner.point, coordinates.len(), field, who, "points", "Coordinate3 or a vertex_property")?;
+            let normal = |part| match normals.is_empty() {
                 true => Ok(0),
-                false => index(number, given_normals.len(), "normal_index", who, "normals", "Normal"),
+                false => {
+                    let number = normal_binding.number(&self.lists.normal, part, face, &corner);
+                    index(number, normals.len(), "normal_index", who, "normals", "Normal")
+                }
             };
-            let [ends, begins] = sides;
+            let [ends, begins] = parts;
             self.vertices.push(Vertex { point, normals: [normal(ends)?, normal(begins)?] });
+            if *material_binding != Binding::Overall {
+                let material =
+                    |part| color_number(material_binding.number(&self.lists.material, part, face, &corner), who);
+                self.materials.push([material(ends)?, material(begins)?]);
+            }
         }
         if joined {
             self.lines.push(start..self.vertices.len());
@@ -211,17 +233,17 @@ impl Builder<'_> {
             // The end first: a number beyond all points is not collected before it is refused.
             index(last as i64, self.points(), field, who, "points", "Coordinate3 or a vertex_property")?;
         }
-        let none = NormalsBy { list: &[], at: 0, by_point: true };
-        self.run(field, range.map(|k| k as i64), none, joined)
+        self.run(field, range.map(Corner::plain), joined)
     }
 
     fn finish(self) -> StrokeSet {
-        let Self { inputs, vertices, lines, .. } = self;
+        let Self { inputs, vertices, materials, lines, .. } = self;
         let points = inputs.coordinates.clone();
         let used = vertices.iter().filter_map(|vertex| points.get(vertex.point as usize).copied());
         let bounds = Aabb::of(used);
         let normals = inputs.normals.iter().map(|&n| crate::action::unit(n).unwrap_or(DVec3::Z)).collect();
-        StrokeSet { points, normals, vertices, lines, bounds, ..StrokeSet::default() }
+        let material_binding = inputs.material_binding;
+        StrokeSet { points, normals, vertices, materials, material_binding, lines, bounds, ..StrokeSet::default() }
     }
 }
 
@@ -263,7 +285,8 @@ macro_rules! stroke_shape {
             }
 
             fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
-                self.set(&cx.shape)?.draw(cx)
+                let set = self.set(&cx.shape)?;
+                draw_with_own(cx, |cx| set.draw(cx))
             }
         }
 
@@ -281,7 +304,7 @@ crate::define_node! {
     /// Lines from point to point, through the coordinates one after the other.
     ///
     /// Drawn as wide as [`DrawStyle`](crate::node::DrawStyle) says, in pixels, without smoothed joints; with style `Points` as
-    /// their points. Lit only if there are normals: in the binding a part is a straight piece, a face a line. Boxed
+    /// their points. Lit only if there are normals: in the bindings a part is a straight piece, a face a line. Boxed
     /// by its points, the width left out. Called back and counted as one line for each straight piece. Picked through the
     /// picture within [`RayPickAction::radius`](crate::action::RayPickAction) pixels; the hit is the point of the line that is
     /// nearest there, its detail says line, piece and points. Its normal looks back along the ray if there is no other.
@@ -321,16 +344,24 @@ crate::define_node! {
         /// The points of each line as indices into the coordinates, −1 after each.
         pub coord_index: List<i32> = List::from([0]),
         /// Indices of the normals, in the same places as `coord_index`, or one per piece or line, as the NormalBinding says;
-        /// [-1]: the same as `coord_index`.
+        /// -1: the same as `coord_index`.
         pub normal_index: List<i32> = List::from([-1]),
+        /// Indices of the colours, as those of the normals, as the MaterialBinding says; -1: the same as `coord_index`.
+        pub material_index: List<i32> = List::from([-1]),
     }
 }
 
 impl IndexedLineSet {
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), ShapeError> {
+        builder.lists = Lists {
+            normal: self.normal_index.clone(),
+            material: self.material_index.clone(),
+            texture: List::default(),
+        };
+        let mut running = 0;
         for (at, run) in runs(&self.coord_index) {
-            let points = run.iter().map(|&point| i64::from(point));
-            builder.run("coord_index", points, NormalsBy { list: &self.normal_index, at, by_point: false }, true)?;
+            builder.run("coord_index", corners(run, at, running), true)?;
+            running += run.len();
         }
         Ok(())
     }

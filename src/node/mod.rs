@@ -13,6 +13,7 @@
 
 mod background;
 mod base_color;
+mod callback;
 mod camera;
 mod color_ramp;
 mod complexity;
@@ -35,6 +36,7 @@ mod lod;
 mod material;
 mod normal_map;
 mod pick_style;
+mod plain;
 mod polygon_offset;
 mod registry;
 mod round;
@@ -53,6 +55,7 @@ use glam::{DVec2, DVec3};
 
 pub use background::Background;
 pub use base_color::BaseColor;
+pub use callback::{Callback, CallbackFunction, Function};
 pub use camera::{CameraFields, OrthographicCamera, PerspectiveCamera};
 pub use color_ramp::{ColorRamp, RAMP_STOPS, Ramp, RampBy};
 pub use complexity::{Complexity, TextureFilter};
@@ -75,9 +78,10 @@ pub use light::{DirectionalLight, PointLight, SpotLight};
 pub use light_model::{LightModel, LightingModel};
 pub use line_sets::{IndexedLineSet, LineSet, PointSet};
 pub use lod::{LevelOfDetail, Lod};
-pub use material::Material;
+pub use material::{Material, MaterialBinding};
 pub use normal_map::NormalMap;
 pub use pick_style::{ClipPlane, PickStyle, PickStyleKind};
+pub use plain::Plain;
 pub use polygon_offset::{OffsetStyle, PolygonOffset};
 pub use registry::Registry;
 pub(crate) use registry::nearest;
@@ -98,7 +102,8 @@ pub use transform::{
 };
 
 use crate::action::{
-    Aabb, DrawContext, GroupContext, Near, PickCone, PropertyContext, Ray, ShapeContext, ShapeError, State, Surface,
+    Aabb, ActionKind, DrawContext, GroupContext, Near, PickCone, PropertyContext, Ray, ShapeContext, ShapeError, State,
+    Surface,
 };
 use crate::terrain::{PatchId, Side};
 
@@ -231,6 +236,13 @@ pub trait PropertyNode: Node {
     fn moves_shapes(&self) -> bool {
         true
     }
+
+    /// Whether it does more than change the State, so that each such action has to come by: then nothing is answered from
+    /// memory.
+    fn acts_on(&self, action: ActionKind) -> bool {
+        let _ = action;
+        false
+    }
 }
 
 /// What of the State is afterwards what it was before a group.
@@ -254,6 +266,12 @@ pub trait GroupNode: Node {
         (step < cx.children()).then_some(step)
     }
 
+    /// Whether [`GroupNode::child_at`] is left as it is: all children in order, and the State untouched. It is not called then,
+    /// and the State need not be made ready for changes.
+    fn walks_all(&self) -> bool {
+        false
+    }
+
     /// What of the state is afterwards what it was before.
     fn restores(&self) -> Restores {
         Restores::Nothing
@@ -266,7 +284,17 @@ pub trait GroupNode: Node {
 }
 
 /// A triangle with what a hit on it needs to know, in local coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// ```
+/// use seamount::node::Triangle;
+/// use seamount::prelude::*;
+///
+/// // What a shape does not know of its triangles may be left out.
+/// let points = [DVec3::ZERO, DVec3::X, DVec3::Y];
+/// let flat = Triangle { points, normals: [DVec3::Z; 3], ..Triangle::default() };
+/// assert_eq!(flat.materials, [0; 3]);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Triangle {
     /// Corners, counter-clockwise seen from outside.
     pub points: [DVec3; 3],
@@ -274,6 +302,9 @@ pub struct Triangle {
     pub normals: [DVec3; 3],
     /// Texture coordinates at the corners.
     pub uvs: [DVec2; 3],
+    /// Numbers of the colours at the corners, of those of the Material and as its MaterialBinding says; 0 where all of the shape
+    /// has the first.
+    pub materials: [u32; 3],
 }
 
 /// What a shape says of a place where a ray meets it.
@@ -617,9 +648,13 @@ macro_rules! define_node {
                         },
                         write: |node| {
                             let node: &dyn ::std::any::Any = node;
-                            let text = $crate::node::FieldValue::write(&node.downcast_ref::<$name>()?.$field);
-                            // Compared as text, which tells -0.0 from 0.0.
+                            let value = &node.downcast_ref::<$name>()?.$field;
                             let default = <$name as ::std::default::Default>::default().$field;
+                            let text = $crate::node::FieldValue::write(value);
+                            if *value != default {
+                                return Some(text);
+                            }
+                            // What is equal is compared as text, which tells -0.0 from 0.0.
                             (text != $crate::node::FieldValue::write(&default)).then_some(text)
                         },
                     },

@@ -140,7 +140,8 @@ impl ShapeNode for Sphere {
             (normal * self.radius, normal, DVec2::new(slice / SLICES as f64, stack as f64 / stacks as f64))
         };
         let mut put = |corners: [(DVec3, DVec3, DVec2); 3]| {
-            sink(Triangle { points: corners.map(|c| c.0), normals: corners.map(|c| c.1), uvs: corners.map(|c| c.2) });
+            let (points, normals, uvs) = (corners.map(|c| c.0), corners.map(|c| c.1), corners.map(|c| c.2));
+            sink(Triangle { points, normals, uvs, ..Triangle::default() });
         };
         for stack in 0..stacks {
             for slice in 0..SLICES {
@@ -217,14 +218,19 @@ fn round_bounds(radius: f64, height: f64, sides: bool, top: bool, bottom: bool) 
     Some(Aabb { min: DVec3::new(-radius, y.0, -radius), max: DVec3::new(radius, y.1, radius) })
 }
 
+/// The materials of a part by its number, as Open Inventor has them.
+fn materials(cx: &ShapeContext<'_>, part: u32) -> [u32; 3] {
+    [if cx.state.material_binding.is_per_part() { part } else { 0 }; 3]
+}
+
 /// The triangles of a disc at this height, as a fan.
-fn disc(n: usize, radius: f64, y: f64, sink: &mut dyn FnMut(Triangle)) {
+fn disc(n: usize, radius: f64, y: f64, materials: [u32; 3], sink: &mut dyn FnMut(Triangle)) {
     let top = y > 0.0;
     let normal = if top { DVec3::Y } else { DVec3::NEG_Y };
     let corner = |k: usize| circle(k, n) * radius + DVec3::Y * y;
     for k in 1..n - 1 {
         let points = if top { [corner(0), corner(k), corner(k + 1)] } else { [corner(0), corner(k + 1), corner(k)] };
-        sink(Triangle { points, normals: [normal; 3], uvs: points.map(|p| lid(p, radius, top)) });
+        sink(Triangle { points, normals: [normal; 3], uvs: points.map(|p| lid(p, radius, top)), materials });
     }
 }
 
@@ -251,15 +257,16 @@ impl ShapeNode for Cylinder {
                 let uv = |k: usize, t: f64| DVec2::new(k as f64 / n as f64, t);
                 let (a, b, c, d) = (corner(k, -half), corner(k + 1, -half), corner(k + 1, half), corner(k, half));
                 let [p, q, r, s] = [uv(k, 0.0), uv(k + 1, 0.0), uv(k + 1, 1.0), uv(k, 1.0)];
-                sink(Triangle { points: [a.0, b.0, c.0], normals: [a.1, b.1, c.1], uvs: [p, q, r] });
-                sink(Triangle { points: [a.0, c.0, d.0], normals: [a.1, c.1, d.1], uvs: [p, r, s] });
+                let materials = materials(cx, 0);
+                sink(Triangle { points: [a.0, b.0, c.0], normals: [a.1, b.1, c.1], uvs: [p, q, r], materials });
+                sink(Triangle { points: [a.0, c.0, d.0], normals: [a.1, c.1, d.1], uvs: [p, r, s], materials });
             }
         }
         if self.parts.contains(&CylinderPart::Top) {
-            disc(n, self.radius, half, sink);
+            disc(n, self.radius, half, materials(cx, 1), sink);
         }
         if self.parts.contains(&CylinderPart::Bottom) {
-            disc(n, self.radius, -half, sink);
+            disc(n, self.radius, -half, materials(cx, 2), sink);
         }
         Ok(())
     }
@@ -384,11 +391,12 @@ impl ShapeNode for Cone {
                         DVec2::new(s(k as f64 + 1.0), 0.0),
                         DVec2::new(s(k as f64 + 0.5), 1.0),
                     ],
+                    materials: materials(cx, 0),
                 });
             }
         }
         if self.parts.contains(&ConePart::Bottom) {
-            disc(n, self.bottom_radius, -half, sink);
+            disc(n, self.bottom_radius, -half, materials(cx, 1), sink);
         }
         Ok(())
     }

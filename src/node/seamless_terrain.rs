@@ -564,6 +564,7 @@ impl ShapeNode for SeamlessTerrain {
                     points: corners.map(|p| placed.frame.local(p)),
                     normals: [normal; 3],
                     uvs: corners.map(|p| DVec2::new(p.x / cu, 1.0 - p.y / cv)),
+                    ..Triangle::default()
                 });
             }
         }

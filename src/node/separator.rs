@@ -13,6 +13,10 @@ crate::define_node! {
 }
 
 impl GroupNode for Separator {
+    fn walks_all(&self) -> bool {
+        true
+    }
+
     fn restores(&self) -> Restores {
         Restores::Everything
     }
@@ -31,6 +35,10 @@ crate::define_node! {
 }
 
 impl GroupNode for TransformSeparator {
+    fn walks_all(&self) -> bool {
+        true
+    }
+
     fn restores(&self) -> Restores {
         Restores::Transform
     }

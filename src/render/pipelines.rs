@@ -16,6 +16,9 @@ pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth3
 /// Bytes of a corner of a mesh: position, and normal.
 pub(super) const MESH_STRIDE: u64 = 24;
 
+/// Bytes of the colour of a corner.
+pub(super) const COLOR_STRIDE: u64 = 16;
+
 /// What a pipeline does with what it draws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Pass {
@@ -219,6 +222,8 @@ impl Pipelines {
         let weights = wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32];
         let weight = wgpu::vertex_attr_array![2 => Float32];
         let place = wgpu::vertex_attr_array![5 => Uint32];
+        let color = wgpu::vertex_attr_array![6 => Float32x4];
+        let colors = wgpu::vertex_attr_array![6 => Float32x4, 7 => Float32x4];
         let loose = variant.effects.geometry.is_loose();
         let buffer = if loose {
             // Lattice point and step, in the same places.
@@ -254,6 +259,14 @@ impl Pipelines {
                 (size_of::<PatchWeights>(), wgpu::VertexStepMode::Instance, &weights)
             };
             buffers.push(Some(wgpu::VertexBufferLayout { array_stride: stride as u64, step_mode, attributes }));
+        }
+        if variant.effects.vertex_colors {
+            let (array_stride, step_mode, attributes): (_, _, &[_]) = if variant.strokes() {
+                (2 * COLOR_STRIDE, wgpu::VertexStepMode::Instance, &colors)
+            } else {
+                (COLOR_STRIDE, wgpu::VertexStepMode::Vertex, &color)
+            };
+            buffers.push(Some(wgpu::VertexBufferLayout { array_stride, step_mode, attributes }));
         }
         if variant.listed_places() {
             // The indices, one after the other.

@@ -4,14 +4,14 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use super::RenderError;
 use super::bindings::{Slot, SlotSet};
 use super::buffers::GrowingBuffer;
 use super::cache::Cache;
 use super::error::guarded;
-use super::pipelines::{DEPTH_FORMAT, MESH_STRIDE, Pipeline, Pipelines, Raster};
+use super::pipelines::{COLOR_STRIDE, DEPTH_FORMAT, MESH_STRIDE, Pipeline, Pipelines, Raster};
 use super::program::{has_values, whole_text, write_values};
 use super::shader::{Variant, encodes};
 use super::targets::Targets;
@@ -131,6 +131,8 @@ pub struct Renderer {
     weights: GrowingBuffer,
     loose_weights: GrowingBuffer,
     corners: GrowingBuffer,
+    /// Colours of corners, where they have any.
+    colors: GrowingBuffer,
     corner_indices: GrowingBuffer,
     timer: Option<Timer>,
     scratch: Scratch,
@@ -145,6 +147,7 @@ struct Scratch {
     weights: Vec<PatchWeights>,
     loose_weights: Vec<f32>,
     corners: Vec<[Vec3; 2]>,
+    colors: Vec<Vec4>,
     corner_indices: Vec<u32>,
     jobs: Vec<Job>,
     sky: Option<SkyJob>,
@@ -192,16 +195,26 @@ enum Ready {
         first_weight: Option<u32>,
     },
     Mesh {
-        /// First of its corners and of its indices in the buffers of the frame, and their number.
-        base: i32,
+        corners: Corners,
+        /// First of its indices in the buffer of the frame; 0 where corners are drawn one after the other.
         first: u32,
+        /// Number of indices, or of corners.
         count: u32,
     },
     Strokes {
-        /// First of its ends in the buffer of corners, and number of its pieces.
-        first: u32,
+        /// The ends of its pieces.
+        ends: Corners,
+        /// Number of pieces.
         count: u32,
     },
+}
+
+/// First of the corners of a draw in the buffers of the frame.
+#[derive(Debug, Clone, Copy)]
+struct Corners {
+    first: u32,
+    /// First of their colours, where they have any.
+    color: Option<u32>,
 }
 
 /// What bindings of textures depend on: the slots, and what is in each of them.
@@ -242,6 +255,7 @@ impl Renderer {
             weights: buffer("weights of a frame", wgpu::BufferUsages::VERTEX),
             loose_weights: buffer("weights of loose triangles", wgpu::BufferUsages::VERTEX),
             corners: buffer("meshes of a frame", wgpu::BufferUsages::VERTEX),
+            colors: buffer("colours of corners", wgpu::BufferUsages::VERTEX),
             corner_indices: buffer("meshes of a frame", wgpu::BufferUsages::INDEX),
             timer: None,
             scratch: Scratch::default(),
@@ -293,6 +307,7 @@ impl Renderer {
             + size_of_val(scratch.weights.as_slice())
             + size_of_val(scratch.loose_weights.as_slice())
             + size_of_val(scratch.corners.as_slice())
+            + size_of_val(scratch.colors.as_slice())
             + size_of_val(scratch.corner_indices.as_slice());
         Ok(DrawReport {
             encode: start.elapsed(),
@@ -325,11 +340,11 @@ impl Renderer {
     #[must_use]
     pub fn gpu_bytes(&self) -> u64 {
         let instances = [&self.instances, &self.weights, &self.loose, &self.loose_weights];
-        let buffers = [&self.uniforms, &self.corners, &self.corner_indices].into_iter().chain(instances);
+        let meshes = [&self.uniforms, &self.corners, &self.colors, &self.corner_indices];
         self.textures.bytes()
             + self.parts.values().map(wgpu::Buffer::size).sum::<u64>()
             + self.targets.as_ref().map_or(0, |t| t.bytes)
-            + buffers.into_iter().map(GrowingBuffer::size).sum::<u64>()
+            + meshes.into_iter().chain(instances).map(GrowingBuffer::size).sum::<u64>()
     }
 
     /// What each draw of a frame takes, once the frame was drawn; textures that are not on the device count nothing.
@@ -357,9 +372,13 @@ impl Renderer {
                     indices + size_of_val(terrain.instances.data()) as u64 + size_of_val(weights) as u64
                 }
                 Geometry::Mesh(mesh) => {
-                    mesh.positions.len() as u64 * MESH_STRIDE + size_of_val(mesh.triangles.as_slice()) as u64
+                    mesh.positions.len() as u64 * MESH_STRIDE
+                        + size_of_val(mesh.colors.as_slice()) as u64
+                        + size_of_val(mesh.triangles.as_slice()) as u64
                 }
-                Geometry::Strokes(strokes) => size_of_val(strokes.pieces.as_slice()) as u64,
+                Geometry::Strokes(strokes) => {
+                    (size_of_val(strokes.pieces.as_slice()) + size_of_val(strokes.colors.as_slice())) as u64
+                }
             };
             Ok(DrawCost {
                 variant: number,
@@ -382,6 +401,7 @@ impl Renderer {
         scratch.weights.clear();
         scratch.loose_weights.clear();
         scratch.corners.clear();
+        scratch.colors.clear();
         scratch.corner_indices.clear();
         scratch.jobs.clear();
         scratch.sky = match &frame.sky {
@@ -433,10 +453,12 @@ impl Renderer {
                 let first_weight = variant.effects.morph.then(|| append(&mut scratch.weights, weights));
                 Ready::Terrain { indices: indices.clone(), first, first_weight }
             }
-            Geometry::Mesh(mesh) => scratch.add_mesh(mesh, variant.edges()),
+            Geometry::Mesh(mesh) => scratch.add_mesh(mesh, &variant),
             Geometry::Strokes(strokes) => {
                 let first = append(&mut scratch.corners, strokes.pieces.as_flattened());
-                Ready::Strokes { first, count: strokes.pieces.len() as u32 }
+                let colored = variant.effects.vertex_colors;
+                let color = colored.then(|| append(&mut scratch.colors, strokes.colors.as_flattened()));
+                Ready::Strokes { ends: Corners { first, color }, count: strokes.pieces.len() as u32 }
             }
         };
         let mut uniform_size = 0;
@@ -523,6 +545,7 @@ impl Renderer {
         self.weights.write(device, queue, bytemuck::cast_slice(&scratch.weights))?;
         self.loose_weights.write(device, queue, bytemuck::cast_slice(&scratch.loose_weights))?;
         self.corners.write(device, queue, bytemuck::cast_slice(&scratch.corners))?;
+        self.colors.write(device, queue, bytemuck::cast_slice(&scratch.colors))?;
         self.corner_indices.write(device, queue, bytemuck::cast_slice(&scratch.corner_indices))?;
         let Some(buffer) = self.uniforms.get() else { return Ok(()) };
         let layout = self.pipelines.draw_layout(device)?;
@@ -682,28 +705,39 @@ impl Renderer {
                 }
                 calls
             }
-            (Ready::Mesh { base, count, .. }, _) if job.edges => {
-                let Some(corners) = self.corners.get() else { return 0 };
-                pass.set_vertex_buffer(0, corners.slice(..));
-                let base = base.unsigned_abs();
-                pass.draw(base..base + count, 0..1);
-                1
-            }
-            (Ready::Mesh { base, first, count }, _) => {
-                let (Some(corners), Some(indices)) = (self.corners.get(), self.corner_indices.get()) else { return 0 };
-                pass.set_vertex_buffer(0, corners.slice(..));
+            (Ready::Mesh { corners, first, count }, _) => {
+                if !self.set_corners(pass, corners) {
+                    return 0;
+                }
+                if job.edges {
+                    pass.draw(0..*count, 0..1);
+                    return 1;
+                }
+                let Some(indices) = self.corner_indices.get() else { return 0 };
                 pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-                pass.draw_indexed(*first..first + count, *base, 0..1);
+                pass.draw_indexed(*first..first + count, 0, 0..1);
                 1
             }
-            (Ready::Strokes { first, count }, _) => {
-                let Some(ends) = self.corners.get() else { return 0 };
-                pass.set_vertex_buffer(0, ends.slice(u64::from(*first) * MESH_STRIDE..));
+            (Ready::Strokes { ends, count }, _) => {
+                if !self.set_corners(pass, ends) {
+                    return 0;
+                }
                 pass.draw(0..6, 0..*count);
                 1
             }
             (Ready::Terrain { .. } | Ready::Loose { .. }, Geometry::Mesh(_) | Geometry::Strokes(_)) => 0,
         }
+    }
+
+    /// Sets the buffers of corners, each from the draw's own on; whether they are there.
+    fn set_corners(&self, pass: &mut wgpu::RenderPass<'_>, of: &Corners) -> bool {
+        let Some(corners) = self.corners.get() else { return false };
+        pass.set_vertex_buffer(0, corners.slice(u64::from(of.first) * MESH_STRIDE..));
+        if let Some(first) = of.color {
+            let Some(colors) = self.colors.get() else { return false };
+            pass.set_vertex_buffer(1, colors.slice(u64::from(first) * COLOR_STRIDE..));
+        }
+        true
     }
 
     fn clear_color(&self, linear: Vec3) -> wgpu::Color {
@@ -731,23 +765,26 @@ impl Scratch {
         (offset, size)
     }
 
-    /// With `edges` each triangle has corners of its own, the first of them at a multiple of three.
-    fn add_mesh(&mut self, mesh: &Mesh, edges: bool) -> Ready {
-        if edges {
-            self.corners.resize(self.corners.len().next_multiple_of(3), [Vec3::ZERO; 2]);
-            let base = self.corners.len() as i32;
-            let corner = |&c: &u32| {
-                let at = c as usize;
-                [mesh.positions.get(at), mesh.normals.get(at)].map(|v| v.copied().unwrap_or_default())
-            };
-            self.corners.extend(mesh.triangles.iter().flatten().map(corner));
-            return Ready::Mesh { base, first: 0, count: mesh.triangles.len() as u32 * 3 };
+    /// With edges each triangle has corners of its own.
+    fn add_mesh(&mut self, mesh: &Mesh, variant: &Variant) -> Ready {
+        let colored = variant.effects.vertex_colors;
+        let corners = Corners { first: self.corners.len() as u32, color: colored.then_some(self.colors.len() as u32) };
+        let count = mesh.triangles.len() as u32 * 3;
+        if variant.edges() {
+            let all = || mesh.triangles.iter().flatten().map(|&corner| corner as usize);
+            let normal = |at: usize| mesh.normals.get(at).copied().unwrap_or_default();
+            self.corners.extend(all().map(|at| [mesh.positions.get(at).copied().unwrap_or_default(), normal(at)]));
+            if colored {
+                self.colors.extend(all().map(|at| mesh.colors.get(at).copied().unwrap_or_default()));
+            }
+            return Ready::Mesh { corners, first: 0, count };
         }
-        let base = self.corners.len() as i32;
-        let first = self.corner_indices.len() as u32;
         self.corners.extend(mesh.positions.iter().zip(&mesh.normals).map(|(&p, &n)| [p, n]));
-        self.corner_indices.extend(mesh.triangles.iter().flatten());
-        Ready::Mesh { base, first, count: mesh.triangles.len() as u32 * 3 }
+        if colored {
+            self.colors.extend_from_slice(&mesh.colors);
+        }
+        let first = append(&mut self.corner_indices, mesh.triangles.as_flattened());
+        Ready::Mesh { corners, first, count }
     }
 }
 
@@ -766,11 +803,17 @@ fn check_effects(draw: &Draw) -> Result<(), RenderError> {
             if mesh.triangles.iter().flatten().any(|&corner| corner as usize >= corners) {
                 return Err(RenderError::Effects("a mesh has triangles between corners that it does not have"));
             }
+            if draw.effects.vertex_colors && mesh.colors.len() < corners {
+                return Err(RenderError::Effects("corners are to have colours, but not all have one"));
+            }
             (GeometryKind::Mesh, false)
         }
         Geometry::Strokes(strokes) => {
             if draw.effects.lit() && !strokes.lit {
                 return Err(RenderError::Effects("lines are to be lit, but have no normals"));
+            }
+            if draw.effects.vertex_colors && strokes.colors.len() < strokes.pieces.len() {
+                return Err(RenderError::Effects("the ends of lines are to have colours, but not all have one"));
             }
             (GeometryKind::Strokes, false)
         }

@@ -41,6 +41,9 @@ impl Variant {
         if !e.geometry.is_terrain() && e.morph {
             return Err(RenderError::Effects("heights that blend between levels are for terrains alone"));
         }
+        if e.geometry.is_terrain() && e.vertex_colors {
+            return Err(RenderError::Effects("the corners of terrains have no colours"));
+        }
         // Colours by part are two plain colours, which need no shader of their own.
         let debug_color = match effects.debug_color {
             DebugColor::Parts => DebugColor::Plain,

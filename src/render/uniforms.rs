@@ -139,7 +139,7 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, gradient_fact
     if variant.edges() {
         w.vec3(draw.lines.color, 0.5 * draw.lines.width);
     }
-    if !levels && !normals {
+    if !levels && !normals && !e.vertex_colors {
         w.vec3(diffuse, m.opacity);
     }
     if e.ambient {
