@@ -82,9 +82,9 @@ pub mod prelude {
         MatrixTransform, MultipleCopy, Node, Normal, NormalBinding, NormalMap, OrthographicCamera, PerspectiveCamera,
         PickStyle, PickStyleKind, Plane, PointLight, PointSet, PolygonOffset, QuadMesh, Ramp, RampBy, Reset,
         ResetTransform, Rotation, RotationXyz, Scale, SeamlessTerrain, Separator, ShaderParameter, ShaderProgram,
-        ShaderValue, ShapeHints, ShapeType, Sphere, SpotLight, Style, Switch, Texture2, Texture2Transform,
-        TextureCoordinate2, TextureUnit, Transform, TransformSeparator, Translation, TriangleStripSet, Units,
-        VertexOrdering, VertexProperty, VertexShader, VoidMode,
+        ShaderSource, ShaderValue, ShapeHints, ShapeType, Sphere, SpotLight, Style, Switch, Texture2,
+        Texture2Transform, TextureCoordinate2, TextureUnit, Transform, TransformSeparator, Translation,
+        TriangleStripSet, Units, VertexOrdering, VertexProperty, VertexShader, VoidMode,
     };
     pub use crate::scene::{EditError, Image, NodeKey, Path, Pixels, Scene};
 }

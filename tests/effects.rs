@@ -7,9 +7,9 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use common::gpu::{headless, linear};
-use seamount::action::{EFFECTS, Frame};
+use seamount::action::{Draw, EFFECTS, Frame};
 use seamount::prelude::*;
-use seamount::render::shader_text;
+use seamount::render::draw_text;
 use seamount::terrain::{LatticeLight, ShadowMap};
 use wgpu::naga;
 
@@ -483,6 +483,38 @@ fn pairs() -> Vec<Pair> {
             changes: may,
         },
         Pair {
+            effect: "vertex-shader",
+            brings: &[],
+            words: &["vertex_shader", "struct Vertex", "local_from_rel", "clip_from_local"],
+            // Level at the border, which stays where it is.
+            without: bumps,
+            with: |b| {
+                bumps(b);
+                let text = "fn vertex_shader(vertex: Vertex) -> vec3f { return vec3f(0.0, 0.0, -vertex.position.z); }";
+                let source_program = ShaderSource::Wgsl(text.to_owned());
+                let program = b.scene.add(b.group, ShaderProgram::default()).unwrap();
+                b.scene.add(program, VertexShader { source_program, ..Default::default() }).unwrap();
+            },
+            changes: may,
+        },
+        Pair {
+            effect: "fragment-shader",
+            brings: &[],
+            words: &["fragment_shader", "struct Fragment", "local_position"],
+            without: sun,
+            with: |b| {
+                sun(b);
+                // Red where the ground is high.
+                let text = "fn fragment_shader(fragment: Fragment) -> vec3f {
+                    return lit(fragment, select(vec3f(1.0), vec3f(1.0, 0.0, 0.0), fragment.position.z > 0.1));
+                }";
+                let source_program = ShaderSource::Wgsl(text.to_owned());
+                let program = b.scene.add(b.group, ShaderProgram::default()).unwrap();
+                b.scene.add(program, FragmentShader { source_program, ..Default::default() }).unwrap();
+            },
+            changes: |hit| Some(hit.object_point.z > 0.1).filter(|_| (hit.object_point.z - 0.1).abs() > 1e-5),
+        },
+        Pair {
             effect: "morph",
             brings: &[],
             words: &["morph", "weight"],
@@ -550,12 +582,10 @@ fn what_is_not_asked_for_is_nowhere() {
     for pair in pairs() {
         let name = pair.effect;
         let ((_, without), (_, with)) = (frame(pair.without), frame(pair.with));
-        let ground = |frame: &Frame| {
-            let draw = frame.draws.last().unwrap();
-            draw.effects
-        };
+        let ground = |frame: &Frame| -> Draw { frame.draws.last().unwrap().clone() };
         let used = |frame: &Frame| -> BTreeSet<&str> {
-            EFFECTS.iter().filter(|e| e.is_on(&ground(frame))).map(|e| e.name).collect()
+            let effects = ground(frame).effects;
+            EFFECTS.iter().filter(|e| e.is_on(&effects)).map(|e| e.name).collect()
         };
         let (before, after) = (used(&without), used(&with));
         let added: BTreeSet<&str> = after.difference(&before).copied().collect();
@@ -563,7 +593,7 @@ fn what_is_not_asked_for_is_nowhere() {
         assert_eq!(added, wanted, "{name}: added");
         assert!(before.is_subset(&after), "{name}: {before:?} to {after:?}");
 
-        let texts = [&without, &with].map(|frame| shader_text(&ground(frame), format).unwrap());
+        let texts = [&without, &with].map(|frame| draw_text(&ground(frame), format).unwrap());
         for word in pair.words {
             assert!(!texts[0].contains(word), "{word} without {name}:\n{}", texts[0]);
             assert!(texts[1].contains(word), "no {word} with {name}:\n{}", texts[1]);

@@ -3,7 +3,7 @@
 use glam::{DAffine2, DAffine3, DMat2, DVec2, DVec3, Vec3};
 
 use super::frame::{Bump, ColorMap, Coloring, ContourStyle, DetailMaps, RampMap, Relief, TerrainDraw};
-use super::{DrawContext, ShapeError, inverse};
+use super::{DrawContext, FragmentUses, ShapeError, inverse};
 use crate::node::{LightingModel, RampBy, Role, TextureFilter, Wrap};
 use crate::terrain::LatticeLight;
 
@@ -24,15 +24,21 @@ impl DrawContext<'_> {
         Ok(self.shape.image(unit)?.map(|image| ColorMap { image, filter, wrap }))
     }
 
-    /// What colours a terrain beside material and colour map.
-    pub(super) fn coloring(&self, terrain: &TerrainDraw, local_from_rel: &DAffine3) -> Result<Coloring, ShapeError> {
+    /// What colours a terrain beside material and colour map. A fragment shader of the scene's own may not look at it.
+    pub(super) fn coloring(
+        &self,
+        terrain: &TerrainDraw,
+        local_from_rel: &DAffine3,
+        shader: Option<FragmentUses>,
+    ) -> Result<Coloring, ShapeError> {
         let state = self.shape.state;
+        let maps = shader.is_none_or(|uses| uses.color);
         let z_step = local_from_rel.matrix3.z_axis.z;
         let cell = DVec2::new(local_from_rel.matrix3.x_axis.x, local_from_rel.matrix3.y_axis.y);
         // Relative heights are 0 at the anchor.
         let anchor = local_from_rel.translation.z;
 
-        let ramp = match &state.color_ramp {
+        let ramp = match state.color_ramp.as_ref().filter(|_| maps) {
             None => None,
             Some(ramp) => {
                 let range = match (ramp.range, ramp.by) {
@@ -64,7 +70,7 @@ impl DrawContext<'_> {
             width: lines.width,
             color: lines.color.linear(),
         });
-        let detail = match &state.detail_textures {
+        let detail = match state.detail_textures.as_ref().filter(|_| maps) {
             None => None,
             Some(detail) => {
                 let need = |unit: u32, wrap: Wrap, what: &'static str| {
@@ -80,6 +86,7 @@ impl DrawContext<'_> {
             }
         };
         let lit = state.light_model.model == LightingModel::Phong && !state.lights.is_empty();
+        let lit = lit && shader.is_none_or(|uses| uses.lit);
         let relief = match state.normal_map.as_ref().filter(|_| lit && z_step != 0.0) {
             None => None,
             Some(normals) => {

@@ -96,6 +96,8 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "shadow",            |e| on(e.shadow),         |s| vec![s.shadow_light().map(|(_, light)| light.visit)];
     "clip-plane",        |e| e.clip_planes,        |s| s.clip_planes.iter().map(|plane| Some(plane.visit)).collect();
     "two-sided",         |e| on(e.two_sided),      |s| by(&[Aspect::ShapeHints], s);
+    "vertex-shader",     |e| on(e.shaders.vertex.is_some()),   |s| vec![s.program.own.map(|(_, visit)| visit)];
+    "fragment-shader",   |e| on(e.shaders.fragment.is_some()), |s| vec![s.program.own.map(|(_, visit)| visit)];
     "morph",             |e| on(e.morph),          by_shape;
     "color-by-part",     |e| on(e.debug_color == DebugColor::Parts), by_shape;
     "color-by-level",    |e| on(e.debug_color == DebugColor::Levels), by_shape;

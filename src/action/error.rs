@@ -2,9 +2,9 @@
 
 use thiserror::Error;
 
-use super::{CameraError, RayError};
+use super::{CameraError, RayError, ShaderOrigin};
 use crate::node::FieldProblem;
-use crate::scene::{ImageError, NodeKey, Path, Position, Scene};
+use crate::scene::{ImageError, NodeKey, Path, Position, Scene, TextError};
 use crate::terrain::{HeightFieldError, ResolutionsError};
 
 /// Why a shape could not be had.
@@ -39,6 +39,34 @@ pub enum ShapeError {
         unit: u32,
         /// What it should carry.
         what: &'static str,
+    },
+    /// The text of a shader can not be had.
+    #[error(transparent)]
+    Text(#[from] TextError),
+    /// The text of a shader does not have the function that is called.
+    #[error("{origin}: the text has no function `{}`: write `fn {signature} {{ … }}`", signature.split('(').next().unwrap_or_default())]
+    NoFunction {
+        /// Where the text stands.
+        origin: ShaderOrigin,
+        /// The function, from its name on.
+        signature: &'static str,
+    },
+    /// A shader asks for a texture where there is none.
+    #[error(
+        "the shader's parameter {name} is to be on texture unit {unit}, but there is nothing: put `TextureUnit(unit: {unit})` \
+         and `Texture2(filename: \"…\")` before the shape"
+    )]
+    NoParameter {
+        /// The unit.
+        unit: u32,
+        /// Name of the parameter.
+        name: String,
+    },
+    /// Two parameters of a program have one name.
+    #[error("the program has two parameters of the name {name} with different values: give them once, or the same")]
+    ParameterTwice {
+        /// The name.
+        name: String,
     },
     /// The camera that a shape takes its detail from can not be had.
     #[error("lod_camera: {0}")]

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Mat3, Mat4, Vec2, Vec3, Vec4};
 
+use super::program::{DrawProgram, ShaderUses};
 use crate::node::{FogType, Ramp, RampBy, Style, TextureFilter, Wrap, mix_stops};
 use crate::scene::Image;
 use crate::terrain::{HeightField, Instances, LatticeLight, Parts, Samples};
@@ -96,6 +97,8 @@ pub struct Draw {
     pub fog: Fog,
     /// For transparent shapes: distance of the middle of their box from the eye, along the view. Others have 0.
     pub distance: f64,
+    /// Shaders of the scene's own, as [`Effects::shaders`] says.
+    pub program: Option<Arc<DrawProgram>>,
 }
 
 /// How much deeper faces are drawn than they are.
@@ -495,6 +498,8 @@ pub struct Effects {
     pub clip_planes: u8,
     /// Whether faces are seen from behind as well, with the light on that side.
     pub two_sided: bool,
+    /// Shaders of the scene's own.
+    pub shaders: ShaderUses,
 }
 
 impl Effects {
@@ -505,24 +510,32 @@ impl Effects {
     }
 
     /// The same picture with the least that makes it: what has no bearing beside the other effects is left out, so that draws
-    /// that look the same share a shader. Without a light there is nothing to reflect, and colours for study are instead of others.
+    /// that look the same share a shader. Without a light there is nothing to reflect, colours for study are instead of others, and
+    /// a fragment shader of the scene's own may look at neither maps nor light.
     #[must_use]
     pub fn reduced(self) -> Self {
-        let lit = self.lit();
         let plain = self.debug_color == DebugColor::Plain;
+        let fragment = self.shaders.fragment.filter(|_| plain);
+        let lit = self.lit() && fragment.is_none_or(|uses| uses.lit);
+        let maps = plain && fragment.is_none_or(|uses| uses.color);
+        let lights = |count: u8| if lit { count } else { 0 };
         Self {
-            attenuation: self.attenuation && (self.point_lights > 0 || self.spot_lights > 0),
+            shaders: ShaderUses { fragment, ..self.shaders },
+            directional_lights: lights(self.directional_lights),
+            point_lights: lights(self.point_lights),
+            spot_lights: lights(self.spot_lights),
+            attenuation: self.attenuation && lit && (self.point_lights > 0 || self.spot_lights > 0),
             ambient: self.ambient && lit,
             specular: self.specular && lit,
             emissive: self.emissive && lit,
-            color_map: self.color_map && plain,
-            color_map_transform: self.color_map_transform && self.color_map && plain,
-            ramp: self.ramp.filter(|_| plain),
+            color_map: self.color_map && maps,
+            color_map_transform: self.color_map_transform && self.color_map && maps,
+            ramp: self.ramp.filter(|_| maps),
             contours: self.contours && plain,
             normal_map: self.normal_map && lit,
             bump_map: self.bump_map && lit,
-            shadow: self.shadow && self.directional_lights > 0,
-            detail_textures: self.detail_textures && plain,
+            shadow: self.shadow && lit && self.directional_lights > 0,
+            detail_textures: self.detail_textures && maps,
             transparency: self.transparency && plain,
             fog: if plain { self.fog } else { FogType::None },
             // They have no edges of their own.

@@ -21,6 +21,7 @@ mod index;
 mod kind;
 mod matrix;
 mod pick_cone;
+mod program;
 mod ray;
 mod ray_pick;
 mod render;
@@ -53,6 +54,9 @@ pub(crate) use index::{Index, IndexCache};
 pub use kind::ActionKind;
 pub use matrix::MatrixAction;
 pub use pick_cone::{Near, PickCone};
+#[cfg(feature = "render")]
+pub(crate) use program::function_in;
+pub use program::{DrawProgram, FragmentUses, ProgramCode, ShaderOrigin, ShaderText, ShaderUses, VertexUses};
 pub(crate) use ray::{Crossings, Meeting, meet_triangle};
 pub use ray::{Ray, RayError, intersect_triangle};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};

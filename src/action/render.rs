@@ -9,6 +9,7 @@ use super::frame::{
     Coloring, DepthOffset, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, Sky,
     Statistics, Strokes, SurfaceMaterial, relative,
 };
+use super::program::{DrawProgram, Programs, ShaderUses};
 use super::state::{cofactors, compose};
 use super::view::Kept;
 use super::walk::{Go, Visitor, walk};
@@ -204,6 +205,7 @@ pub(super) struct Render<'s> {
     size: [u32; 2],
     view: &'s mut View,
     background: Option<Arc<Background>>,
+    programs: Programs,
 }
 
 impl<'s> Render<'s> {
@@ -216,7 +218,7 @@ impl<'s> Render<'s> {
     ) -> Self {
         view.frame.background = action.background.linear();
         view.frame.sky = None;
-        Self { scene, viewpoint, cameras, size: action.size, view, background: None }
+        Self { scene, viewpoint, cameras, size: action.size, view, background: None, programs: Programs::default() }
     }
 
     /// What was gathered so far.
@@ -261,6 +263,7 @@ impl Visitor for Render<'_> {
                 size: self.size,
                 freeze: self.view.freeze,
                 kept,
+                programs: &mut self.programs,
                 draws: &mut self.view.frame.draws,
                 statistics: &mut self.view.frame.statistics,
             };
@@ -296,6 +299,7 @@ pub struct DrawContext<'a> {
     /// Whether detail that was chosen before is to be kept; see [`View::freeze`].
     pub freeze: bool,
     kept: Option<Kept>,
+    pub(super) programs: &'a mut Programs,
     draws: &'a mut Vec<Draw>,
     /// Counts to add to.
     pub statistics: &'a mut Statistics,
@@ -317,6 +321,7 @@ impl DrawContext<'_> {
             size: self.size,
             freeze: self.freeze,
             kept: self.kept.take(),
+            programs: self.programs,
             draws: self.draws,
             statistics: self.statistics,
         };
@@ -370,8 +375,10 @@ impl DrawContext<'_> {
         if invisible && plain || style.style == Style::Invisible {
             return Ok(());
         }
+        let program = self.program(plain)?;
+        let shaders = program.as_ref().map_or(ShaderUses::default(), |program| program.code.uses);
         let coloring = match &geometry {
-            Geometry::Terrain(terrain) if plain => self.coloring(terrain, local_from_rel)?,
+            Geometry::Terrain(terrain) if plain => self.coloring(terrain, local_from_rel, shaders.fragment)?,
             _ => Coloring::default(),
         };
         let eye_from_rel = compose(&self.eye_from_local(), local_from_rel);
@@ -422,6 +429,7 @@ impl DrawContext<'_> {
             vertex_colors: colored,
             morph: options.morph,
             clip_planes: state.clip_planes.len().min(255) as u8,
+            shaders,
             two_sided: faces && state.shape_hints.both_sides(options.two_sided || !state.clip_planes.is_empty()),
         }
         .reduced();
@@ -448,8 +456,20 @@ impl DrawContext<'_> {
             Lens::Perspective { .. } => None,
             Lens::Orthographic { .. } => Some((-self.view.forward).as_vec3()),
         };
+        let program = match program {
+            None => None,
+            Some(program) => Some(Arc::new(DrawProgram {
+                textures: self.program_textures(&program)?,
+                values: program.values(),
+                local_from_rel: DMat4::from(*local_from_rel).as_mat4(),
+                clip_from_local: (self.view.clip_from_eye() * DMat4::from_mat3(state.model.matrix3)).as_mat4(),
+                eye_from_local: state.model.matrix3.as_mat3(),
+                code: Arc::clone(&program.code),
+            })),
+        };
         self.draws.push(Draw {
             effects,
+            program,
             geometry,
             clip_from_rel: clip_from_rel.as_mat4(),
             eye_from_rel: DMat4::from(eye_from_rel).as_mat4(),

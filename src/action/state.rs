@@ -11,7 +11,7 @@ use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3, Vec3};
 use super::{ActionError, ActionKind, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
 use crate::node::{
     Background, Binding, BumpMap, ColorRamp, Complexity, ContourLines, DetailTextures, DrawStyle, Environment,
-    LightModel, List, Material, NormalMap, PickStyleKind, PolygonOffset, ShapeHints, Wrap,
+    LightModel, List, Material, NormalMap, PickStyleKind, PolygonOffset, ShaderSource, ShapeHints, Wrap, active_stage,
 };
 use crate::scene::{Image, NodeKey, Path, Scene};
 
@@ -366,18 +366,36 @@ impl Aspect {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Credits([u32; Aspect::COUNT]);
 
-/// Which texture unit carries what.
+/// Which texture unit carries what, and whether the scene has shaders of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Program {
     /// The unit with heights.
     pub height_unit: u32,
     /// The unit with colours.
     pub color_unit: u32,
+    /// The [`ShaderProgram`](crate::node::ShaderProgram) whose shaders have texts of their own, and its visit; see
+    /// [`PropertyContext::visit`].
+    pub own: Option<(NodeKey, u64)>,
 }
 
 impl Default for Program {
     fn default() -> Self {
-        Self { height_unit: 0, color_unit: 1 }
+        Self { height_unit: 0, color_unit: 1, own: None }
+    }
+}
+
+impl Program {
+    /// The node of the program that an error is about: the stage whose text can not be had, or the program.
+    fn culprit(&self, error: &ShapeError, scene: &Scene) -> Option<NodeKey> {
+        let (program, _) = self.own?;
+        match error {
+            ShapeError::Text(error) => scene.children(program).iter().copied().find(|&stage| {
+                let source = active_stage(scene, stage).map(|(_, source)| source);
+                matches!(source, Some(ShaderSource::File(name)) if scene.resolve(name) == error.path())
+            }),
+            ShapeError::ParameterTwice { .. } | ShapeError::NoParameter { .. } => Some(program),
+            _ => None,
+        }
     }
 }
 
@@ -538,6 +556,7 @@ impl<'a> ShapeContext<'a> {
             ShapeError::HeightField(_) => self.state.texture(unit),
             _ => None,
         };
-        ActionError::shape(error, self.scene, self.path, culprit.map(|t| t.node))
+        let culprit = culprit.map(|texture| texture.node).or_else(|| self.state.program.culprit(&error, self.scene));
+        ActionError::shape(error, self.scene, self.path, culprit)
     }
 }

@@ -18,8 +18,11 @@ use super::scan::{self, Payload};
 use super::syntax;
 use super::text::{Places, offset, within};
 use super::{MAX_NESTING, VERSION};
-use crate::node::{FieldError, FieldInfo, FieldValue, Node, NodeInfo, Registry, Texture2, nearest};
-use crate::scene::{ImageError, NodeKey, Position, Scene};
+use crate::node::{
+    FieldError, FieldInfo, FieldProblem, FieldValue, Node, NodeInfo, Registry, ShaderSource, Texture2, active_stage,
+    nearest, unknown_parameters,
+};
+use crate::scene::{ImageError, NodeKey, Position, Scene, TextError};
 
 /// How deep brackets may be nested in a value. Fields take far less, and ron takes stack for each.
 const VALUE_NESTING: usize = 64;
@@ -613,9 +616,14 @@ impl<'t, 'r> Reader<'t, 'r> {
                     self.mistake(child.at, Problem::Child(error));
                 }
             }
-            if let Some(error) = missing_image(self.scene, key) {
-                let place = self.own_fields().iter().find(|given| given.field == "filename");
-                self.mistake(place.map_or(at, |given| given.value), Problem::Image(error));
+            if let Some((field, problem)) = missing_file(self.scene, key) {
+                let place = self.own_fields().iter().find(|given| given.field == field);
+                self.mistake(place.map_or(at, |given| given.value), problem);
+            }
+            for (parameter, FieldProblem { field, message }) in unknown_parameters(self.scene, key) {
+                let place = self.fields.iter().rev().find(|(known, _)| *known == (parameter, field));
+                let place = place.map_or_else(|| self.places.position(at), |&(_, position)| position);
+                self.mistake_at(place, Problem::Field { field, message });
             }
             let places = &self.places;
             let own = self.given.get(own_fields..).unwrap_or_default();
@@ -740,17 +748,23 @@ fn field_names(info: &NodeInfo) -> Vec<&'static str> {
     info.fields.iter().map(|f| f.name).chain(info.children.map(|rule| rule.field)).collect()
 }
 
-/// Why the image file of a texture can not be had, as far as can be told without opening it.
-fn missing_image(scene: &Scene, key: NodeKey) -> Option<ImageError> {
+/// Why the file that a node names can not be had, as far as can be told without opening it, and the field that names it.
+fn missing_file(scene: &Scene, key: NodeKey) -> Option<(&'static str, Problem)> {
     scene.source()?;
+    if let Some((_, ShaderSource::File(name))) = active_stage(scene, key) {
+        let path = scene.resolve(name);
+        let error = std::fs::metadata(&path).err()?;
+        return Some(("source_program", Problem::Shape(TextError::of(&path, error).into())));
+    }
     let filename = &scene.get::<Texture2>(key)?.filename;
     if filename.is_empty() {
         return None;
     }
     let path = scene.resolve(filename);
     let error = std::fs::metadata(&path).err()?;
-    Some(match error.kind() {
+    let error = match error.kind() {
         std::io::ErrorKind::NotFound => ImageError::Missing { path },
         _ => ImageError::Unreadable { path, error: error.into() },
-    })
+    };
+    Some(("filename", Problem::Image(error)))
 }

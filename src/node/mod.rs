@@ -95,7 +95,10 @@ pub use round::{Cone, ConePart, Cylinder, CylinderPart, Sphere};
 pub(crate) use seamless_terrain::Placed;
 pub use seamless_terrain::{ColorMode, DetailMode, SeamlessTerrain, VoidMode, lattice_view};
 pub use separator::{Separator, TransformSeparator};
-pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderValue, VertexShader};
+#[cfg(feature = "render")]
+pub(crate) use shader::Numbers;
+pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderSource, ShaderValue, VertexShader};
+pub(crate) use shader::{Stage, active_stage, unknown_parameters};
 pub use switch::Switch;
 pub use texture::{ImageRef, Texture2, TextureUnit, Wrap};
 pub use texture_transform::Texture2Transform;

@@ -693,8 +693,8 @@ impl ShapeNode for SeamlessTerrain {
         cx.keep(history);
 
         let color_map = match self.color_mode {
-            ColorMode::Plain => cx.color_map(cx.shape.state.program.color_unit)?,
-            ColorMode::Parts | ColorMode::Levels | ColorMode::Normals | ColorMode::Errors => None,
+            ColorMode::Plain if cx.sees_maps()? => cx.color_map(cx.shape.state.program.color_unit)?,
+            _ => None,
         };
         let eye = inverse_of(&cx.shape.state.model).map_or(DVec3::ZERO, |i| i.transform_point3(cx.view.eye));
         let anchor = placed.anchor(eye);

@@ -20,7 +20,7 @@ impl<K, V> Default for Cache<K, V> {
     }
 }
 
-impl<K: Eq + Hash + Copy, V> Cache<K, V> {
+impl<K: Eq + Hash, V> Cache<K, V> {
     /// The value, made if it is not there. A value that could not be made is tried again the next time.
     pub(super) fn get(
         &mut self,

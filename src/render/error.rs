@@ -2,6 +2,9 @@
 
 use thiserror::Error;
 
+use crate::action::ShaderOrigin;
+use crate::scene::Position;
+
 /// Why there is no picture.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -53,6 +56,22 @@ pub enum RenderError {
     /// A shader could not be put together.
     #[error("the shader could not be put together: {0}")]
     Shader(String),
+    /// A mistake in a shader of the scene's own.
+    #[error("{}", user_shader(.origin, *.at, .message))]
+    UserShader {
+        /// Where its text stands.
+        origin: ShaderOrigin,
+        /// The place in the text.
+        at: Position,
+        /// What is wrong, in the words of the compiler.
+        message: String,
+    },
+    /// A shader's parameter has a name that no shader can have.
+    #[error("{message}; choose another name for the parameter")]
+    Parameter {
+        /// What is wrong.
+        message: String,
+    },
     /// The device has not enough memory.
     #[error("out of graphics memory while {doing}: try a smaller picture or map, or another adapter")]
     OutOfMemory {
@@ -77,6 +96,17 @@ fn no_adapter(wanted: Option<&str>, found: &[String]) -> String {
         (Some(name), []) => format!("no graphics adapter with \"{name}\" in its name: {looked} and found none; {help}"),
         (Some(name), found) => {
             format!("no graphics adapter has \"{name}\" in its name: {looked} and found {}; {help}", found.join(", "))
+        }
+    }
+}
+
+/// `file:line:column: message`, or the node and the place in its text.
+fn user_shader(origin: &ShaderOrigin, at: Position, message: &str) -> String {
+    match origin {
+        ShaderOrigin::File(path) => format!("{}:{at}: {message}", path.display()),
+        ShaderOrigin::Node { .. } => {
+            let Position { line, column } = at;
+            format!("{origin}: `source_program`, line {line}, column {column}: {message}")
         }
     }
 }

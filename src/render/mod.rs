@@ -14,7 +14,8 @@
 //!
 //! Shader text, bindings and uniforms follow from the [`Effects`](crate::action::Effects) of a draw: they are put
 //! together from the modules in `shaders/` with conditional translation (WESL), and what was not asked for is in none of
-//! them. [`shader_text`] shows the result. Each variant is compiled once per renderer.
+//! them. [`shader_text`] shows the result. Each variant is compiled once per renderer. Shaders of a scene's own follow our text as
+//! they were written; [`draw_text`] shows the whole.
 //!
 //! # Depth
 //!
@@ -29,6 +30,7 @@ mod headless;
 mod mips;
 mod picture;
 mod pipelines;
+mod program;
 mod renderer;
 mod shader;
 mod targets;
@@ -39,5 +41,6 @@ mod uniforms;
 pub use error::RenderError;
 pub use headless::Headless;
 pub use picture::Picture;
+pub use program::{check_shaders, draw_text};
 pub use renderer::{DrawCost, DrawReport, Renderer, RendererOptions};
 pub use shader::shader_text;

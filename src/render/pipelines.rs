@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::RenderError;
 use super::bindings::{Slot, SlotSet};
 use super::error::guarded;
+use super::program::{checked_text, has_values};
 use super::shader::{Variant, sky_text};
 use crate::action::{DepthOffset, Draw};
 use crate::terrain::{Instance, LooseVertex, PatchWeights};
@@ -106,18 +107,26 @@ impl Pipelines {
         variant: Variant,
         raster: Raster,
     ) -> Result<Pipeline, RenderError> {
-        if let Some(found) = self.compiled.get(&(variant, raster)) {
+        let key = (variant, raster);
+        if let Some(found) = self.compiled.get(&key) {
             return Ok(found.clone());
         }
+        let (variant, raster) = key;
         let draw_layout = self.draw_layout(device)?;
         let textures = self.texture_layout(device, &variant)?;
-        let text = variant.text()?;
+        let text = checked_text(&variant)?;
         let (module, layout) = guarded(device, "compiling a shader", || {
             let source = wgpu::ShaderSource::Wgsl(text.into());
             let module = wgpu::ShaderModuleDescriptor { label: Some("effects"), source };
-            let layouts: Vec<_> = std::iter::once(Some(&draw_layout)).chain(textures.as_ref().map(Some)).collect();
-            let layout =
-                wgpu::PipelineLayoutDescriptor { label: None, bind_group_layouts: &layouts, immediate_size: 0 };
+            // Values of parameters are bound as the uniforms of a draw are.
+            let values = has_values(&variant).then_some(&draw_layout);
+            let layouts = [Some(&draw_layout), textures.as_ref(), values];
+            let used = layouts.iter().rposition(Option::is_some).map_or(0, |last| last + 1);
+            let layout = wgpu::PipelineLayoutDescriptor {
+                label: None,
+                bind_group_layouts: layouts.get(..used).unwrap_or_default(),
+                immediate_size: 0,
+            };
             (device.create_shader_module(module), device.create_pipeline_layout(&layout))
         })?;
         let compile = |pass| self.compile(device, &variant, &module, &layout, raster, pass);
@@ -234,13 +243,13 @@ impl Pipelines {
             wgpu::VertexBufferLayout {
                 array_stride: 2 * MESH_STRIDE,
                 step_mode: wgpu::VertexStepMode::Instance,
-                attributes: if variant.effects.lit() { &lit_ends } else { &ends },
+                attributes: if variant.corner_normals() { &lit_ends } else { &ends },
             }
         } else {
             wgpu::VertexBufferLayout {
                 array_stride: MESH_STRIDE,
                 step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: if variant.effects.lit() { &lit_corner } else { &corner },
+                attributes: if variant.corner_normals() { &lit_corner } else { &corner },
             }
         };
         let mut buffers = vec![Some(buffer)];

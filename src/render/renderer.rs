@@ -12,6 +12,7 @@ use super::buffers::GrowingBuffer;
 use super::cache::Cache;
 use super::error::guarded;
 use super::pipelines::{COLOR_STRIDE, DEPTH_FORMAT, MESH_STRIDE, Pipeline, Pipelines, Raster};
+use super::program::{has_values, whole_text, write_values};
 use super::shader::{Variant, encodes};
 use super::targets::Targets;
 use super::textures::{Gpu, Textures};
@@ -173,6 +174,8 @@ struct Job {
     uniform_size: u64,
     /// Where its uniforms lie, for tiles and for strips.
     uniforms: [u32; 2],
+    /// Where the values of its shaders' parameters lie, and how many bytes they are.
+    values: Option<(u32, u64)>,
     /// Whether corners are drawn one after the other instead of by index.
     edges: bool,
     textures: Option<wgpu::BindGroup>,
@@ -222,10 +225,12 @@ struct Corners {
 }
 
 /// What bindings of textures depend on: the slots, and what is in each of them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct TextureKey {
     slots: SlotSet,
     contents: [u64; Slot::ALL.len()],
+    /// Those of the shaders' parameters.
+    parameters: Vec<u64>,
 }
 
 impl Renderer {
@@ -359,9 +364,9 @@ impl Renderer {
     pub fn costs(&self, frame: &Frame) -> Result<Vec<DrawCost>, RenderError> {
         let mut variants: Vec<Variant> = Vec::new();
         let cost = |draw: &Draw| {
-            let variant = Variant::new(&draw.effects, self.format)?;
+            let variant = Variant::of(draw, self.format)?;
             let number = variants.iter().position(|v| *v == variant).unwrap_or_else(|| {
-                variants.push(variant);
+                variants.push(variant.clone());
                 variants.len() - 1
             });
             let mut uniforms = Vec::new();
@@ -389,10 +394,11 @@ impl Renderer {
             };
             Ok(DrawCost {
                 variant: number,
-                shader_bytes: variant.text()?.len() as u64,
+                shader_bytes: whole_text(&variant)?.len() as u64,
                 texture_bytes: Slot::of(&variant).map(|slot| self.textures.held(draw, slot)).sum(),
                 buffer_bytes,
-                uniform_bytes: uniforms::write(&variant, draw, draw.material.diffuse, Factors::ONE, &mut uniforms),
+                uniform_bytes: uniforms::write(&variant, draw, draw.material.diffuse, Factors::ONE, &mut uniforms)
+                    + draw.program.as_ref().map_or(0, |program| write_values(program, &mut uniforms)),
             })
         };
         frame.draws.iter().map(cost).collect()
@@ -431,8 +437,8 @@ impl Renderer {
 
     fn prepare_draw(&mut self, gpu: Gpu<'_>, draw: &Draw, index: usize) -> Result<Job, RenderError> {
         check_effects(draw)?;
-        let variant = Variant::new(&draw.effects, self.format)?;
-        let pipeline = self.pipelines.get(gpu.device, variant, Raster::of(draw))?;
+        let variant = Variant::of(draw, self.format)?;
+        let pipeline = self.pipelines.get(gpu.device, variant.clone(), Raster::of(draw))?;
         let textures = match &pipeline.textures {
             Some(layout) => Some(self.bind_textures(gpu, &variant, draw, layout)?),
             None => None,
@@ -480,8 +486,14 @@ impl Renderer {
                 [add(draw.material.diffuse); 2]
             }
         };
+        let values = draw
+            .program
+            .as_ref()
+            .filter(|_| has_values(&variant))
+            .map(|program| self.scratch.add_uniforms(gpu, |bytes| write_values(program, bytes)));
         let Pipeline { pipeline, depth_only, .. } = pipeline;
         Ok(Job {
+            values,
             draw: index,
             pipeline,
             depth_only,
@@ -501,18 +513,30 @@ impl Renderer {
         draw: &Draw,
         layout: &wgpu::BindGroupLayout,
     ) -> Result<wgpu::BindGroup, RenderError> {
-        let mut key = TextureKey { slots: SlotSet::of(variant), contents: [0; Slot::ALL.len()] };
+        let mut key =
+            TextureKey { slots: SlotSet::of(variant), contents: [0; Slot::ALL.len()], parameters: Vec::new() };
         let mut contents = [const { None }; Slot::ALL.len()];
+        let mut parameters = Vec::new();
         // Asked for each frame, which keeps them: caches drop what is not asked for. Views and samplers are handles.
-        for ((slot, id), place) in Slot::of(variant).zip(&mut key.contents).zip(&mut contents) {
+        for (index, slot) in Slot::of(variant).enumerate() {
             let (found, content) = self.textures.content(gpu, draw, slot)?;
-            *id = found;
-            *place = Some((slot.binding(), content));
+            let content = (slot.binding(), content);
+            match (key.contents.get_mut(index), contents.get_mut(index)) {
+                (Some(id), Some(place)) if !slot.is_parameter() => {
+                    *id = found;
+                    *place = Some(content);
+                }
+                _ => {
+                    key.parameters.push(found);
+                    parameters.push(content);
+                }
+            }
         }
         let group = self.bound_textures.get(key, gpu.frame, || {
             let entries: Vec<_> = contents
                 .iter()
                 .flatten()
+                .chain(&parameters)
                 .map(|(binding, content)| wgpu::BindGroupEntry { binding: *binding, resource: content.resource() })
                 .collect();
             let label = Some("textures of a draw");
@@ -541,7 +565,8 @@ impl Renderer {
         let Some(buffer) = self.uniforms.get() else { return Ok(()) };
         let layout = self.pipelines.draw_layout(device)?;
         let sizes = scratch.sky.iter().map(|sky| sky.uniform_size);
-        for size in sizes.chain(scratch.jobs.iter().map(|job| job.uniform_size)) {
+        let values = scratch.jobs.iter().filter_map(|job| job.values).map(|(_, size)| size);
+        for size in sizes.chain(scratch.jobs.iter().map(|job| job.uniform_size)).chain(values) {
             if self.bound_uniforms.contains_key(&size) {
                 continue;
             }
@@ -636,6 +661,11 @@ impl Renderer {
         pass.set_bind_group(0, bound_uniforms, &job.uniforms[..1]);
         if let Some(textures) = &job.textures {
             pass.set_bind_group(1, textures, &[]);
+        }
+        if let Some((offset, size)) = job.values
+            && let Some(bound) = self.bound_uniforms.get(&size)
+        {
+            pass.set_bind_group(2, bound, &[offset]);
         }
         match (&job.geometry, &draw.geometry) {
             (Ready::Terrain { indices, first, first_weight, first_error }, Geometry::Terrain(terrain)) => {

@@ -1,21 +1,36 @@
 //! Shader text for a set of effects, put together from the modules in `shaders/`.
 
+use std::sync::Arc;
+
 use wesl::{CompileOptions, Feature, Features, ManglerKind, ModulePath, VirtualResolver, Wesl};
 
 use super::RenderError;
-use crate::action::{DebugColor, EFFECTS, Effects, GeometryKind};
+use crate::action::{
+    DebugColor, Draw, EFFECTS, Effects, FragmentUses, GeometryKind, ProgramCode, ShaderUses, VertexUses,
+};
 use crate::node::{FogType, RampBy, Style};
 
 /// All that shader text depends on: the effects that have a bearing, and the target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) struct Variant {
     pub effects: Effects,
     /// Whether the shader has to encode what it writes.
     pub encode_srgb: bool,
+    /// Shaders of the scene's own.
+    pub program: Option<Arc<ProgramCode>>,
 }
 
 impl Variant {
-    pub(super) fn new(effects: &Effects, format: wgpu::TextureFormat) -> Result<Self, RenderError> {
+    /// What a draw is drawn with.
+    pub(super) fn of(draw: &Draw, format: wgpu::TextureFormat) -> Result<Self, RenderError> {
+        Self::new(&draw.effects, draw.program.as_ref().map(|program| &program.code), format)
+    }
+
+    fn new(
+        effects: &Effects,
+        program: Option<&Arc<ProgramCode>>,
+        format: wgpu::TextureFormat,
+    ) -> Result<Self, RenderError> {
         let e = effects;
         let colors = e.color_map
             || e.ramp.is_some()
@@ -40,7 +55,12 @@ impl Variant {
             DebugColor::Parts => DebugColor::Plain,
             other => other,
         };
-        Ok(Self { effects: Effects { debug_color, ..effects.reduced() }, encode_srgb: encodes(format) })
+        let effects = Effects { debug_color, ..effects.reduced() };
+        // A program whose fragment shader does not count is another one.
+        if program.map_or(ShaderUses::default(), |program| program.uses) != effects.shaders {
+            return Err(RenderError::Effects("the draw does not have the shaders that its effects ask for"));
+        }
+        Ok(Self { effects, encode_srgb: encodes(format), program: program.cloned() })
     }
 
     pub(super) fn terrain(&self) -> bool {
@@ -86,7 +106,47 @@ impl Variant {
     /// Whether fragments read the gradients of a map.
     pub(super) fn gradients(&self) -> bool {
         let e = &self.effects;
-        self.terrain() && (e.lit() || e.ramp == Some(RampBy::Slope) || e.debug_color == DebugColor::Normals)
+        let normals = e.lit() || e.debug_color == DebugColor::Normals || self.fragment().normal;
+        self.terrain() && (normals || e.ramp == Some(RampBy::Slope))
+    }
+
+    /// Whether vertices read them.
+    pub(super) fn point_gradients(&self) -> bool {
+        self.terrain() && self.vertex().normal
+    }
+
+    /// What a vertex shader of the scene's own looks at; nothing if there is none.
+    fn vertex(&self) -> VertexUses {
+        self.effects.shaders.vertex.unwrap_or_default()
+    }
+
+    /// What a fragment shader of the scene's own looks at; nothing if there is none.
+    fn fragment(&self) -> FragmentUses {
+        self.effects.shaders.fragment.unwrap_or_default()
+    }
+
+    /// Whether a mesh or a line has normals at its corners.
+    pub(super) fn corner_normals(&self) -> bool {
+        !self.terrain() && (self.effects.lit() || self.vertex().normal || self.fragment().normal)
+    }
+
+    /// Whether shaders of the scene's own ask for heights.
+    fn terrain_height(&self) -> bool {
+        self.terrain() && (self.vertex().height || self.fragment().height)
+    }
+
+    /// Whether shaders have to know about local coordinates.
+    pub(super) fn local(&self) -> bool {
+        self.local_positions() || self.local_normals() || self.terrain_height()
+    }
+
+    fn local_positions(&self) -> bool {
+        self.effects.shaders.vertex.is_some() || self.fragment().position
+    }
+
+    /// Whether normals of a terrain are made in local coordinates.
+    fn local_normals(&self) -> bool {
+        self.terrain() && (self.vertex().normal || self.fragment().normal)
     }
 
     /// Whether fragments need to know where they are.
@@ -95,13 +155,15 @@ impl Variant {
         e.point_lights > 0 || e.spot_lights > 0 || e.specular || e.fog != FogType::None || e.clip_planes > 0
     }
 
-    /// The WGSL.
-    pub(super) fn text(&self) -> Result<String, RenderError> {
+    /// Our part of the WGSL.
+    pub(super) fn own_text(&self) -> Result<String, RenderError> {
         let e = &self.effects;
         let counts = format!(
             "const DIRECTIONAL = {}u;\nconst POINT = {}u;\nconst SPOT = {}u;\nconst CLIP_PLANES = {}u;\n",
             e.directional_lights, e.point_lights, e.spot_lights, e.clip_planes
         );
+        let (vertex, fragment) = (self.vertex(), self.fragment());
+        let from_lattice = self.terrain() && (fragment.lattice || fragment.uv);
         // What follows from several effects.
         let common = [
             ("terrain", self.terrain()),
@@ -117,15 +179,31 @@ impl Variant {
             ("edges", self.edges()),
             ("cut", self.cut()),
             ("gradients", self.gradients()),
-            ("lattice", self.gradients() || e.color_map || e.detail_textures || e.shadow),
+            ("lattice", self.gradients() || e.color_map || e.detail_textures || e.shadow || from_lattice),
             ("relative_height", e.ramp == Some(RampBy::Height) || e.contours),
             ("ramp", e.ramp.is_some() || self.errors()),
             ("color_by_patch", self.color_by_patch()),
             ("albedo", e.color_map || e.ramp.is_some() || e.detail_textures),
             ("encode_srgb", self.encode_srgb),
+            ("corner_normals", self.corner_normals()),
+            ("local", self.local()),
+            ("local_positions", self.local_positions()),
+            ("local_normals", self.local_normals()),
+            ("terrain_height", self.terrain_height()),
+            ("any_uv", vertex.uv || fragment.uv),
+            ("vertex_normal", vertex.normal),
+            ("vertex_lattice", vertex.lattice),
+            ("vertex_uv", vertex.uv),
+            ("fragment_lit", fragment.lit),
+            ("fragment_position", fragment.position),
+            ("fragment_normal", fragment.normal),
+            ("fragment_lattice", fragment.lattice),
+            ("fragment_uv", fragment.uv),
         ];
         let flags = EFFECTS.iter().map(|effect| (effect.name.replace('-', "_"), effect.is_on(e)));
-        translate("main", &counts, flags.chain(common.map(|(name, on)| (name.to_owned(), on))))
+        // What the scene's own shaders call is called by nobody else.
+        let offered: &[_] = if self.program.is_some() { &["lit", "terrain_height", "Vertex", "Fragment"] } else { &[] };
+        translate("main", offered, &counts, flags.chain(common.map(|(name, on)| (name.to_owned(), on))))
     }
 }
 
@@ -133,6 +211,7 @@ impl Variant {
 pub(super) fn sky_text(format: wgpu::TextureFormat) -> Result<String, RenderError> {
     translate(
         "sky",
+        &[],
         "",
         [("encode_srgb", encodes(format)), ("color_by_normal", false)]
             .into_iter()
@@ -140,8 +219,17 @@ pub(super) fn sky_text(format: wgpu::TextureFormat) -> Result<String, RenderErro
     )
 }
 
-/// Puts a module and what it imports together. `counts` is the text of one more module, with numbers.
-fn translate(main: &str, counts: &str, flags: impl Iterator<Item = (String, bool)>) -> Result<String, RenderError> {
+/// Functions that pipelines start with.
+const ENTRY_POINTS: [&str; 3] = ["vertex_main", "fragment_main", "fragment_depth"];
+
+/// Puts a module and what its entry points need together, with what is offered to a text that follows. `counts` is the text of
+/// one more module, with numbers.
+fn translate(
+    main: &str,
+    offered: &[&str],
+    counts: &str,
+    flags: impl Iterator<Item = (String, bool)>,
+) -> Result<String, RenderError> {
     let mut modules = VirtualResolver::new();
     for (name, source) in MODULES.into_iter().chain([("counts", counts)]) {
         modules.add_module(path(name)?, source.into());
@@ -152,6 +240,9 @@ fn translate(main: &str, counts: &str, flags: impl Iterator<Item = (String, bool
             default: Feature::Error,
             flags: flags.map(|(name, on)| (name, on.into())).collect(),
         },
+        keep: Some(ENTRY_POINTS.iter().chain(offered).map(|&name| name.to_owned()).collect()),
+        // Functions that the scene's own shaders define are not in the modules; naga looks for them afterwards.
+        validate: offered.is_empty(),
         // The modules' names are distinct, and stay readable.
         ..CompileOptions::default()
     };
@@ -202,7 +293,8 @@ fn path(module: &str) -> Result<ModulePath, RenderError> {
 ///
 /// # Errors
 ///
-/// [`RenderError::Effects`] when the effects contradict each other.
+/// [`RenderError::Effects`] when the effects contradict each other, or have shaders of a scene's own:
+/// [`draw_text`](super::draw_text) knows these.
 ///
 /// # Example
 ///
@@ -218,5 +310,5 @@ fn path(module: &str) -> Result<ModulePath, RenderError> {
 /// # Ok::<(), seamount::render::RenderError>(())
 /// ```
 pub fn shader_text(effects: &Effects, format: wgpu::TextureFormat) -> Result<String, RenderError> {
-    Variant::new(effects, format)?.text()
+    Variant::new(effects, None, format)?.own_text()
 }

@@ -95,6 +95,12 @@ impl ImageKey {
         }
     }
 
+    /// The image of a shader's parameter.
+    fn of_parameter(map: &ColorMap, colors: bool) -> Self {
+        let stored = if colors { Stored::Colors } else { Stored::Data };
+        Self { image: map.image.id(), mipmaps: map.filter.mipmaps, stored }
+    }
+
     /// A number for each.
     fn bits(self) -> u64 {
         self.image << 3 | u64::from(self.mipmaps) << 2 | self.stored as u64
@@ -118,6 +124,11 @@ fn image_in(draw: &Draw, slot: Slot) -> Option<&ColorMap> {
     }
 }
 
+/// The image that a draw has for a parameter of its shaders, and whether it has colours.
+fn parameter_in(draw: &Draw, place: u16) -> Option<&(ColorMap, bool)> {
+    draw.program.as_ref()?.textures.get(usize::from(place))
+}
+
 /// What is put into a slot of the bindings.
 #[derive(Debug)]
 pub(super) enum Content {
@@ -137,6 +148,20 @@ impl Content {
 impl Textures {
     /// What a draw has for a slot, and a number that tells it from whatever else may be in the same slot.
     pub(super) fn content(&mut self, gpu: Gpu<'_>, draw: &Draw, slot: Slot) -> Result<(u64, Content), RenderError> {
+        let missing = RenderError::Effects("an image is asked for, but there is none");
+        match slot {
+            Slot::Parameter(place) => {
+                let (map, colors) = parameter_in(draw, place).ok_or(missing)?;
+                let key = ImageKey::of_parameter(map, *colors);
+                return Ok((key.bits(), Content::View(self.colors(gpu, &map.image, key)?.view.clone())));
+            }
+            Slot::ParameterSampler(place) => {
+                let (map, _) = parameter_in(draw, place).ok_or(missing)?;
+                let key = SamplerKey { filter: map.filter, wrap: map.wrap };
+                return Ok((key.bits(), Content::Sampler(self.sampler(gpu, key)?.clone())));
+            }
+            _ => {}
+        }
         let Geometry::Terrain(terrain) = &draw.geometry else {
             return Err(RenderError::Effects("the effects are for another kind of geometry"));
         };
@@ -172,6 +197,10 @@ impl Textures {
 
     /// Bytes on the device of what a draw has for a slot.
     pub(super) fn held(&self, draw: &Draw, slot: Slot) -> u64 {
+        if let Slot::Parameter(place) = slot {
+            let key = parameter_in(draw, place).map(|(map, colors)| ImageKey::of_parameter(map, *colors));
+            return key.and_then(|key| self.colors.peek(&key)).map_or(0, |texture| texture.bytes);
+        }
         let Geometry::Terrain(terrain) = &draw.geometry else { return 0 };
         let field = terrain.heights.id();
         let colors = |map: &ColorMap| self.colors.peek(&ImageKey::new(map, slot));

@@ -99,6 +99,17 @@ pub(super) fn write(variant: &Variant, draw: &Draw, diffuse: Vec3, factors: Fact
     if e.lit() || normals {
         w.mat3(&draw.normal_from_rel);
     }
+    if let Some(program) = &draw.program {
+        if variant.local() {
+            w.mat4(&program.local_from_rel);
+        }
+        if e.shaders.vertex.is_some() {
+            w.mat4(&program.clip_from_local);
+            if variant.position() {
+                w.mat3(&program.eye_from_local);
+            }
+        }
+    }
     if let Geometry::Terrain(terrain) = &draw.geometry {
         let ([u, v], raw) = terrain.anchor;
         let [cells_u, cells_v] = terrain.heights.cells();

@@ -8,6 +8,7 @@ mod image;
 mod path;
 mod resources;
 mod sensor;
+mod text;
 
 use std::any::Any;
 use std::collections::{HashMap, HashSet, VecDeque};
@@ -23,6 +24,7 @@ pub use image::{Image, ImageError, Pixels};
 pub use path::Path;
 pub use resources::Resources;
 pub use sensor::{Sensor, Watched};
+pub use text::TextError;
 
 use crate::action::{Index, IndexCache};
 use crate::node::{ImageRef, Node, Role, Separator, Texture2};
@@ -510,6 +512,23 @@ impl Scene {
     #[must_use]
     pub fn parents(&self, key: NodeKey) -> &[NodeKey] {
         self.slots.get(key).map_or(&[], |s| &s.parents)
+    }
+
+    /// One of the paths to a node: from the first of its parents, and so on up.
+    pub(crate) fn some_path(&self, key: NodeKey) -> Path {
+        let mut steps = vec![key];
+        // Nothing contains itself, so the way up ends.
+        while let Some(&parent) = steps.last().and_then(|&key| self.parents(key).first()) {
+            steps.push(parent);
+        }
+        let mut path = Path::default();
+        let mut above = None;
+        for key in steps.into_iter().rev() {
+            let index = above.and_then(|above| self.children(above).iter().position(|&child| child == key));
+            path.push(key, index.unwrap_or(0));
+            above = Some(key);
+        }
+        path
     }
 
     /// The version of the last edit of this node itself (its fields, name or list of children).

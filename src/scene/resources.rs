@@ -1,4 +1,4 @@
-//! Images decoded once, and what is derived from them, shared by all nodes that show the same.
+//! Images decoded and texts read once, and what is derived from them, shared by all nodes that show the same.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{Image, ImageError, NodeKey, Pixels};
+use super::{Image, ImageError, NodeKey, Pixels, TextError, text};
 use crate::action::ShapeError;
 use crate::node::MeshInputs;
 use crate::terrain::{HeightField, HeightFieldError, SampleRect, Terrain};
@@ -16,6 +16,7 @@ use crate::terrain::{HeightField, HeightFieldError, SampleRect, Terrain};
 #[derive(Debug, Default)]
 pub struct Resources {
     images: Mutex<HashMap<std::path::PathBuf, Result<Arc<Image>, ImageError>>>,
+    texts: Mutex<HashMap<std::path::PathBuf, Result<Arc<str>, TextError>>>,
     terrains: Mutex<HashMap<TerrainKey, TerrainResult>>,
     meshes: Mutex<HashMap<NodeKey, Vec<(MeshInputs, Made)>>>,
     version: AtomicU64,
@@ -56,6 +57,21 @@ impl Resources {
         let made = Image::open(path).map(Arc::new);
         images.insert(path.to_owned(), made.clone());
         made
+    }
+
+    /// The text in a file, read when first asked for.
+    ///
+    /// # Errors
+    ///
+    /// [`TextError`]; the same error again for the same file until [`Resources::forget`] is called.
+    pub fn text(&self, path: &Path) -> Result<Arc<str>, TextError> {
+        let mut texts = self.texts.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = texts.get(path) {
+            return found.clone();
+        }
+        let read = text::read(path);
+        texts.insert(path.to_owned(), read.clone());
+        read
     }
 
     /// The heights of an image with all that is derived from them. Voids are filled, or left as holes.
@@ -134,9 +150,10 @@ impl Resources {
         images.values().filter(|image| image.is_ok()).count()
     }
 
-    /// Forgets all images, so that files are read again when next asked for.
+    /// Forgets all images and texts, so that files are read again when next asked for.
     pub fn forget(&self) {
         self.images.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.texts.lock().unwrap_or_else(PoisonError::into_inner).clear();
         self.terrains.lock().unwrap_or_else(PoisonError::into_inner).clear();
         self.version.fetch_add(1, Ordering::Release);
     }
