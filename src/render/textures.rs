@@ -246,7 +246,7 @@ impl Textures {
     pub(super) fn factors(&mut self, gpu: Gpu<'_>, draw: &Draw, variant: &Variant) -> Result<Factors, RenderError> {
         let mut factors = Factors::ONE;
         if let Geometry::Terrain(terrain) = &draw.geometry
-            && variant.gradients()
+            && Slot::Gradients.is_in(variant)
         {
             factors.gradients = self.gradients(gpu, &terrain.heights)?.factor;
         }
