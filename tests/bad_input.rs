@@ -132,7 +132,7 @@ fn wrong_type() {
     one(
         "SeamlessTerrain(color_mode: Plains)",
         "Plains",
-        "`color_mode` takes Plain | Parts | Levels | Normals: `Plains` is none of these, did you mean `Plain`?",
+        "`color_mode` takes Plain | Parts | Levels | Normals | Errors: `Plains` is none of these, did you mean `Plain`?",
     );
     one("DirectionalLight(on: 1)", "1)", "`on` takes bool: `true` or `false` is expected here");
     one("Group(children: Cube())", "Cube", "`children` takes a list of nodes in brackets, as in `children: [ … ]`");
