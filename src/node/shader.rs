@@ -285,7 +285,7 @@ crate::define_node! {
     /// `fragment.color` is what the maps, ramps and textures of the scene give; white where there are none.
     /// `lit(fragment, color: vec3f) -> vec3f` is the material in that colour in the light of the scene, or as it is where nothing
     /// is lit: the function above draws what is drawn without it. `fragment.position` and the unit normal `fragment.normal` are in
-    /// local coordinates, the normal without the relief of a NormalMap. Of terrains there are also `fragment.lattice`,
+    /// local coordinates, the normal without the relief of a NormalMap or BumpMap. Of terrains there are also `fragment.lattice`,
     /// `fragment.uv` and `terrain_height`, as in a [`VertexShader`]. Contour lines, edges, fog and transparency are put over the
     /// result; colours for study are instead of it.
     ///
