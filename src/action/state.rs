@@ -4,7 +4,7 @@ use std::any::{Any, TypeId};
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3, Vec3};
 
@@ -91,11 +91,14 @@ pub struct Extensions(Arc<Vec<Extension>>);
 
 type Extension = (TypeId, Arc<dyn Any + Send + Sync>);
 
+/// That of shapes without one: its lists are made once, and not at the start of each walk.
+static MATERIAL: LazyLock<Arc<Material>> = LazyLock::new(Arc::default);
+
 impl Default for State {
     fn default() -> Self {
         Self {
             model: DAffine3::IDENTITY,
-            material: Arc::default(),
+            material: Arc::clone(&MATERIAL),
             packed_colors: List::default(),
             material_binding: Binding::Overall,
             lights: Arc::default(),
