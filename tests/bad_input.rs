@@ -576,7 +576,7 @@ fn mutated_scenes_are_read_or_refused() {
     let memory = Path::new("/dev/shm");
     let folder = if memory.is_dir() { tempfile::tempdir_in(memory) } else { tempfile::tempdir() }.unwrap();
     for file in std::fs::read_dir(data("")).unwrap().map(|f| f.unwrap().path()) {
-        if file.extension().is_some_and(|e| e == "png") {
+        if file.extension().is_some_and(|e| e == "png" || e == "wgsl") {
             std::fs::write(folder.path().join(file.file_name().unwrap()), b"").unwrap();
         }
     }
