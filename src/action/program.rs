@@ -117,7 +117,8 @@ impl Eq for ProgramCode {}
 impl Hash for ProgramCode {
     fn hash<H: Hasher>(&self, state: &mut H) {
         let (texts, values, textures, uses) = self.key();
-        texts.for_each(|text| text.hash(state));
+        // Each draw of each frame is looked up: the lengths tell nearly all texts apart, and the comparison the rest.
+        texts.for_each(|text| text.len().hash(state));
         (values, textures, uses).hash(state);
     }
 }
@@ -215,13 +216,8 @@ impl Program {
                 continue;
             }
             let words = Words::new(&text);
-            let signature = match stage {
-                Stage::Vertex => "vertex_shader(vertex: Vertex) -> vec3f",
-                Stage::Fragment => "fragment_shader(fragment: Fragment) -> vec3f",
-            };
-            let name = signature.split('(').next().unwrap_or_default();
-            if words.function(name).is_none() {
-                return Err(ShapeError::NoFunction { origin, signature });
+            if words.function(stage.function()).is_none() {
+                return Err(ShapeError::NoFunction { origin, signature: stage.signature() });
             }
             match stage {
                 Stage::Vertex => uses.vertex = Some(words.vertex_uses()),

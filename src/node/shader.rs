@@ -332,6 +332,24 @@ pub(crate) enum Stage {
     Fragment,
 }
 
+impl Stage {
+    /// The function that a text for the stage has to define.
+    pub(crate) fn function(self) -> &'static str {
+        match self {
+            Stage::Vertex => "vertex_shader",
+            Stage::Fragment => "fragment_shader",
+        }
+    }
+
+    /// The function with its parameter and what it returns.
+    pub(crate) fn signature(self) -> &'static str {
+        match self {
+            Stage::Vertex => "vertex_shader(vertex: Vertex) -> vec3f",
+            Stage::Fragment => "fragment_shader(fragment: Fragment) -> vec3f",
+        }
+    }
+}
+
 /// The stage that a node is, and its text; `None` if it is none or not active.
 pub(crate) fn active_stage(scene: &Scene, key: NodeKey) -> Option<(Stage, &ShaderSource)> {
     let vertex = scene.get::<VertexShader>(key).map(|s| (s.is_active, Stage::Vertex, &s.source_program));

@@ -7,7 +7,7 @@ use wgpu::naga;
 use super::RenderError;
 use super::shader::Variant;
 use crate::action::{Draw, DrawProgram, Frame, ProgramCode, ShaderText, function_in};
-use crate::node::Numbers;
+use crate::node::{Numbers, Stage};
 use crate::scene::Position;
 
 /// Whether a variant has parameters that are numbers.
@@ -60,13 +60,13 @@ impl<'p> Parts<'p> {
         // Where we call a function that is not as it has to be.
         let line = self.text.get(..first.start).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
         let line = self.text.get(line..).and_then(|rest| rest.lines().next()).unwrap_or_default();
-        for signature in ["vertex_shader(vertex: Vertex) -> vec3f", "fragment_shader(fragment: Fragment) -> vec3f"] {
-            let name = signature.split('(').next().unwrap_or_default();
+        for stage in [Stage::Vertex, Stage::Fragment] {
+            let name = stage.function();
             let define = |text: &&(Range<usize>, &'p ShaderText)| function_in(&text.1.text, name).is_some();
             if let Some((_, text)) = self.written.iter().find(define)
                 && line.contains(name)
             {
-                let message = format!("the function has to be `fn {signature}`: {message}");
+                let message = format!("the function has to be `fn {}`: {message}", stage.signature());
                 return mistake(text, function_in(&text.text, name).unwrap_or(0), message);
             }
         }
