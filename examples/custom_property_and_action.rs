@@ -2,6 +2,8 @@
 //!
 //! `cargo run --example custom_property_and_action -- FOLDER` writes the scene to FOLDER.
 
+use std::sync::Arc;
+
 use seamount::action::walk::{Go, Visitor, walk};
 use seamount::action::{ActionError, Branches, PropertyContext, ShapeContext, State};
 use seamount::define_node;
@@ -51,7 +53,7 @@ impl WeightAction {
             mass: f64,
         }
         impl Visitor for Weigh<'_> {
-            fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+            fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
                 let density = state.get::<CurrentDensity>().map_or(1000.0, |d| d.0);
                 let mut volume = 0.0;
                 let cx = ShapeContext::new(self.scene, state, path);

@@ -103,11 +103,10 @@ impl BoundingBoxAction {
 }
 
 /// The box in world coordinates of all children of a group that is reached with this state.
-pub(crate) fn bounds_below(cx: &GroupContext<'_>, state: &State) -> Result<Option<Aabb>, ActionError> {
+pub(crate) fn bounds_below(cx: &GroupContext<'_>, state: &Arc<State>) -> Result<Option<Aabb>, ActionError> {
     let mut bounds = Bounds { scene: cx.scene, path: None, from_world: &DAffine3::IDENTITY, found: None };
-    let state = Arc::new(state.clone());
     for (index, &child) in cx.scene.children(cx.key).iter().enumerate() {
-        walk_from(cx.scene, cx.path, (child, index), Arc::clone(&state), Branches::Possible, &mut bounds)?;
+        walk_from(cx.scene, cx.path, (child, index), Arc::clone(state), Branches::Possible, &mut bounds)?;
     }
     Ok(bounds.found)
 }
@@ -124,7 +123,7 @@ impl Visitor for Bounds<'_> {
         ActionKind::BoundingBox
     }
 
-    fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
+    fn enter(&mut self, path: &Path, _: &Arc<State>) -> Result<Go, ActionError> {
         if path
             .tail()
             .and_then(|key| self.scene.get::<ResetTransform>(key))
@@ -135,7 +134,7 @@ impl Visitor for Bounds<'_> {
         Ok(Go::On)
     }
 
-    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         if self.path.is_some_and(|wanted| !path.starts_with(wanted)) {
             return Ok(Go::On);
         }
@@ -159,7 +158,7 @@ impl Visitor for FirstModel<'_> {
         ActionKind::BoundingBox
     }
 
-    fn shape(&mut self, _: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn shape(&mut self, _: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         if self.path.is_some_and(|wanted| !path.starts_with(wanted)) {
             return Ok(Go::On);
         }

@@ -1,6 +1,7 @@
 //! Your own functions called along a walk, and counting what there is to draw.
 
 use std::fmt;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -189,15 +190,15 @@ impl Visitor for Call<'_, '_, '_> {
         self.kind
     }
 
-    fn enter(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn enter(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         Ok(call(&mut self.action.before, &Visit { scene: self.scene, path, state }))
     }
 
-    fn leave(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn leave(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         Ok(call(&mut self.action.after, &Visit { scene: self.scene, path, state }))
     }
 
-    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let visit = Visit { scene: self.scene, path, state };
         let cx = ShapeContext {
             viewpoint: self.viewpoint,

@@ -1,6 +1,7 @@
 //! The table of effects, and which node asked for which.
 
 use std::cmp::Ordering;
+use std::sync::Arc;
 
 use super::frame::{DebugColor, Draw, Effects, Frame, GeometryKind};
 use super::render::Render;
@@ -178,16 +179,16 @@ impl Visitor for Explain<'_> {
         ActionKind::Render
     }
 
-    fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
+    fn enter(&mut self, path: &Path, _: &Arc<State>) -> Result<Go, ActionError> {
         self.paths.push(path.clone());
         Ok(Go::On)
     }
 
-    fn leave(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn leave(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         self.render.leave(path, state)
     }
 
-    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let before = self.render.draws().len();
         let go = self.render.shape(shape, path, state)?;
         let names = |visit: u64| Some(self.paths.get(usize::try_from(visit).ok()?.checked_sub(1)?)?.names(self.scene));

@@ -2,6 +2,7 @@
 
 use std::cell::OnceCell;
 use std::fmt;
+use std::sync::Arc;
 
 use super::walk::{Go, Visitor, walk};
 use super::{ActionError, ActionKind, Branches, Event, PickTarget, PickedPoint, RayPickAction, State};
@@ -229,7 +230,7 @@ impl Visitor for Handing<'_, '_> {
         ActionKind::HandleEvent
     }
 
-    fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
+    fn enter(&mut self, path: &Path, _: &Arc<State>) -> Result<Go, ActionError> {
         let Some(key) = path.tail().filter(|&key| Some(key) != self.first) else { return Ok(Go::On) };
         // Only properties handle events, and most nodes are none.
         if matches!(self.context.scene.role(key), Some(Role::Property(_))) {

@@ -322,7 +322,7 @@ impl Visitor for Collect<'_> {
         ActionKind::BoundingBox
     }
 
-    fn enter_shared(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
+    fn enter(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let Some(key) = path.tail() else { return Ok(Go::On) };
         self.visits += 1;
         if self.visits > 8 * MOST {
@@ -365,7 +365,7 @@ impl Visitor for Collect<'_> {
         Ok(Go::On)
     }
 
-    fn leave(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn leave(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         if state.camera.as_ref().is_some_and(|camera| Some(camera.key) == path.tail()) {
             self.special(Special { cameras: 1, ..Special::default() });
         }
@@ -375,7 +375,7 @@ impl Visitor for Collect<'_> {
         Ok(Go::On)
     }
 
-    fn shape_shared(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let cx = ShapeContext::new(self.scene, state, path);
         let Some(bounds) = shape.bounds(&cx).map_err(|e| cx.error(e))? else { return Ok(Go::On) };
         let bounds = bounds.transformed(&state.model);

@@ -1,5 +1,7 @@
 //! From the coordinates at the end of a path to those of the world.
 
+use std::sync::Arc;
+
 use glam::DAffine3;
 
 use super::walk::{Go, Visitor, walk};
@@ -63,7 +65,7 @@ impl Visitor for Matrix<'_> {
         ActionKind::Matrix
     }
 
-    fn enter(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn enter(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let property = path.tail().is_some_and(|key| matches!(self.scene.role(key), Some(Role::Property(_))));
         if path == self.path && !property {
             self.found = Some(state.model);
@@ -72,7 +74,7 @@ impl Visitor for Matrix<'_> {
         Ok(Go::On)
     }
 
-    fn leave(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn leave(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         if path == self.path {
             self.found = Some(state.model);
             return Ok(Go::End);

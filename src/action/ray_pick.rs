@@ -401,7 +401,7 @@ impl Visitor for Pick<'_, '_> {
         ActionKind::RayPick
     }
 
-    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let style = state.pick_style;
         let [below, top] = self.far;
         let far = if style.on_top() { top } else { below };

@@ -162,11 +162,11 @@ pub(super) fn find_camera(scene: &Scene, name: Option<&str>) -> Result<Arc<Place
         fn action(&self) -> ActionKind {
             ActionKind::Search
         }
-        fn enter(&mut self, _: &Path, state: &State) -> Result<Go, ActionError> {
+        fn enter(&mut self, _: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
             self.look(state);
             Ok(if self.found.is_some() { Go::End } else { Go::On })
         }
-        fn leave(&mut self, _: &Path, state: &State) -> Result<Go, ActionError> {
+        fn leave(&mut self, _: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
             self.look(state);
             Ok(if self.found.is_some() { Go::End } else { Go::On })
         }
@@ -237,7 +237,7 @@ impl Visitor for Render<'_> {
     }
 
     /// The first background is the one, as with cameras.
-    fn leave(&mut self, _: &Path, state: &State) -> Result<Go, ActionError> {
+    fn leave(&mut self, _: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         if let (Some(background), None) = (&state.background, &self.background) {
             let frame = &mut self.view.frame;
             frame.background = background.color.linear();
@@ -247,7 +247,7 @@ impl Visitor for Render<'_> {
         Ok(Go::On)
     }
 
-    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         // A camera acts on what follows it.
         if state.camera.is_some() {
             let shape_cx = ShapeContext {

@@ -1,5 +1,7 @@
 //! Finding nodes by name, kind or key.
 
+use std::sync::Arc;
+
 use super::walk::{Go, Visitor, walk};
 use super::{ActionError, ActionKind, Branches, State};
 use crate::scene::{NodeKey, Path, Scene};
@@ -79,7 +81,7 @@ impl Visitor for Search<'_> {
         ActionKind::Search
     }
 
-    fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
+    fn enter(&mut self, path: &Path, _: &Arc<State>) -> Result<Go, ActionError> {
         let Some(key) = path.tail() else { return Ok(Go::On) };
         let SearchAction { kind, node, interest, .. } = self.action;
         let matches = self.named.is_none_or(|named| named == Some(key))

@@ -463,7 +463,7 @@ pub struct GroupContext<'a> {
     /// The way to the group.
     pub path: &'a Path,
     /// The State before the group, for groups that restore any of it.
-    pub entry: Option<&'a State>,
+    pub entry: Option<&'a Arc<State>>,
     /// What [`State::switch`] was before the group: children may change it.
     pub switch: i32,
     /// Which children are walked.

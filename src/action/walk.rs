@@ -30,7 +30,7 @@ pub enum Go {
     End,
 }
 
-/// What a walk tells while it goes.
+/// What a walk tells while it goes. A State that is to be kept is shared, not copied.
 pub trait Visitor {
     /// The kind of action, for nodes that do something of their own.
     fn action(&self) -> ActionKind {
@@ -45,27 +45,9 @@ pub trait Visitor {
     /// # Errors
     ///
     /// Ends the walk.
-    fn enter(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn enter(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let _ = (path, state);
         Ok(Go::On)
-    }
-
-    /// [`Visitor::enter`] with a State that can be kept without copying it. Called in its place, which it is by default.
-    ///
-    /// # Errors
-    ///
-    /// Ends the walk.
-    fn enter_shared(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
-        self.enter(path, state)
-    }
-
-    /// [`Visitor::shape`] with a State that can be kept without copying it. Called in its place, which it is by default.
-    ///
-    /// # Errors
-    ///
-    /// Ends the walk.
-    fn shape_shared(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
-        self.shape(shape, path, state)
     }
 
     /// A node was walked; the state is what it leaves behind.
@@ -73,7 +55,7 @@ pub trait Visitor {
     /// # Errors
     ///
     /// Ends the walk.
-    fn leave(&mut self, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn leave(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let _ = (path, state);
         Ok(Go::On)
     }
@@ -83,7 +65,7 @@ pub trait Visitor {
     /// # Errors
     ///
     /// Ends the walk.
-    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let _ = (shape, path, state);
         Ok(Go::On)
     }
@@ -131,7 +113,7 @@ pub(crate) fn walk_from(
                 return Err(ActionError::TooDeep);
             }
             path.push(key, index);
-            let mut go = visitor.enter_shared(&path, &state)?;
+            let mut go = visitor.enter(&path, &state)?;
             if go == Go::On {
                 match scene.role(key) {
                     Some(Role::Property(property)) => {
@@ -146,7 +128,7 @@ pub(crate) fn walk_from(
                         path.pop();
                     }
                     Some(Role::Shape(shape)) => {
-                        go = visitor.shape_shared(shape, &path, &state)?;
+                        go = visitor.shape(shape, &path, &state)?;
                         if go != Go::End {
                             go = visitor.leave(&path, &state)?;
                         }
@@ -171,16 +153,11 @@ pub(crate) fn walk_from(
             return Ok(());
         };
         let children = scene.children(level.key);
-        let (entry, switch) = (level.saved.as_deref(), level.switch);
+        let (entry, switch) = (level.saved.as_ref(), level.switch);
         let cx = GroupContext { scene, key: level.key, path: &path, entry, switch, branches };
         let step = level.step;
         level.step += 1;
-        let child = if level.group.walks_all() {
-            (step < children.len()).then_some(step)
-        } else {
-            level.group.child_at(step, &cx, Arc::make_mut(&mut state))
-        };
-        match child {
+        match level.group.child_at(step, &cx, &mut state) {
             Some(index) => next = children.get(index).map(|&child| (child, index)),
             None => {
                 let group = level.group;

@@ -1,5 +1,6 @@
 //! The scene on the bench: under a camera of our own, looked at from fixed eyes, drawn again and again.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::{DAffine3, DVec3};
@@ -231,7 +232,7 @@ fn occurrences(scene: &Scene) -> Result<Vec<Terrain>, ActionError> {
         found: Vec<Terrain>,
     }
     impl Visitor for Collect<'_> {
-        fn shape(&mut self, _: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+        fn shape(&mut self, _: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
             if let Some(key) = path.tail()
                 && let Some(node) = self.scene.get::<SeamlessTerrain>(key)
             {
@@ -259,7 +260,7 @@ struct Measure<'s, M> {
 }
 
 impl<M> Visitor for Measure<'_, M> {
-    fn shape(&mut self, _: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn shape(&mut self, _: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let Some(node) = path.tail().and_then(|key| self.scene.get::<SeamlessTerrain>(key)) else {
             return Ok(Go::On);
         };

@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path as FilePath;
+use std::sync::Arc;
 
 use super::error::{Mistake, Problem, ReadError};
 use super::read::read_file;
@@ -58,7 +59,7 @@ impl Check<'_> {
 }
 
 impl Visitor for Check<'_> {
-    fn enter(&mut self, path: &Path, _: &State) -> Result<Go, ActionError> {
+    fn enter(&mut self, path: &Path, _: &Arc<State>) -> Result<Go, ActionError> {
         let scene = self.scene;
         if let Some(key) = path.tail()
             && let Some(texture) = scene.get::<Texture2>(key)
@@ -71,7 +72,7 @@ impl Visitor for Check<'_> {
         Ok(if self.left == 0 { Go::End } else { Go::On })
     }
 
-    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &State) -> Result<Go, ActionError> {
+    fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
         let cx = ShapeContext::new(self.scene, state, path);
         match (shape.bounds(&cx), path.tail()) {
             (Err(ShapeError::Image(_)), _) => {} // told at its texture

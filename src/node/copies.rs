@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +26,7 @@ fn copy_at(
     step: usize,
     copies: usize,
     cx: &GroupContext<'_>,
-    state: &mut State,
+    state: &mut Arc<State>,
     place: impl FnOnce(usize, &mut State),
 ) -> Option<usize> {
     let count = cx.children();
@@ -34,6 +36,7 @@ fn copy_at(
         if let Some(entry) = cx.entry {
             state.clone_from(entry);
         }
+        let state = Arc::make_mut(state);
         state.switch = i32::try_from(copy).unwrap_or(i32::MAX);
         place(copy, state);
     }
@@ -68,7 +71,7 @@ crate::define_node! {
 }
 
 impl GroupNode for Array {
-    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut State) -> Option<usize> {
+    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut Arc<State>) -> Option<usize> {
         let [a, b, c] = [self.num_elements1, self.num_elements2, self.num_elements3].map(|n| n as usize);
         let copies = a.saturating_mul(b).saturating_mul(c);
         copy_at(step, copies, cx, state, |copy, state| {
@@ -113,7 +116,7 @@ crate::define_node! {
 }
 
 impl GroupNode for MultipleCopy {
-    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut State) -> Option<usize> {
+    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut Arc<State>) -> Option<usize> {
         copy_at(step, self.matrix.len(), cx, state, |copy, state| {
             if let Some(Matrix(map)) = self.matrix.get(copy) {
                 state.transform(map);

@@ -12,8 +12,4 @@ crate::define_node! {
     pub struct Group: group(ChildRule::ANY) {}
 }
 
-impl GroupNode for Group {
-    fn walks_all(&self) -> bool {
-        true
-    }
-}
+impl GroupNode for Group {}

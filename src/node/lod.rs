@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::{ChildRule, FieldProblem, GroupNode, List, Restores};
@@ -8,8 +10,8 @@ use crate::action::{Branches, GroupContext, State};
 fn level_at(
     step: usize,
     cx: &GroupContext<'_>,
-    state: &mut State,
-    choose: impl FnOnce(&crate::action::Viewpoint, &State) -> usize,
+    state: &mut Arc<State>,
+    choose: impl FnOnce(&crate::action::Viewpoint, &Arc<State>) -> usize,
 ) -> Option<usize> {
     let count = cx.children();
     match cx.branches {
@@ -52,7 +54,7 @@ crate::define_node! {
 }
 
 impl GroupNode for Lod {
-    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut State) -> Option<usize> {
+    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut Arc<State>) -> Option<usize> {
         level_at(step, cx, state, |view, state| {
             let distance = (state.model.transform_point3(self.center) - view.eye).length();
             self.range.iter().position(|&range| distance < range).unwrap_or(self.range.len())
@@ -87,7 +89,7 @@ crate::define_node! {
 }
 
 impl GroupNode for LevelOfDetail {
-    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut State) -> Option<usize> {
+    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut Arc<State>) -> Option<usize> {
         level_at(step, cx, state, |view, state| {
             let complexity = state.complexity.value;
             if complexity <= 0.0 {

@@ -52,6 +52,7 @@ mod transform;
 
 use std::any::Any;
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
@@ -275,16 +276,10 @@ pub enum Restores {
 /// A node that has children.
 pub trait GroupNode: Node {
     /// Which child to walk at this step of the visit, counted from 0; `None` ends the visit. The state may be changed
-    /// before the child is walked.
-    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut State) -> Option<usize> {
+    /// before the child is walked; with [`Arc::make_mut`], since others may share it.
+    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut Arc<State>) -> Option<usize> {
         let _ = state;
         (step < cx.children()).then_some(step)
-    }
-
-    /// Whether [`GroupNode::child_at`] is left as it is: all children in order, and the State untouched. It is not called then,
-    /// and the State need not be made ready for changes.
-    fn walks_all(&self) -> bool {
-        false
     }
 
     /// What of the state is afterwards what it was before.

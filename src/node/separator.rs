@@ -13,10 +13,6 @@ crate::define_node! {
 }
 
 impl GroupNode for Separator {
-    fn walks_all(&self) -> bool {
-        true
-    }
-
     fn restores(&self) -> Restores {
         Restores::Everything
     }
@@ -35,10 +31,6 @@ crate::define_node! {
 }
 
 impl GroupNode for TransformSeparator {
-    fn walks_all(&self) -> bool {
-        true
-    }
-
     fn restores(&self) -> Restores {
         Restores::Transform
     }

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::{ChildRule, GroupNode};
 use crate::action::{Branches, GroupContext, State};
 
@@ -35,11 +37,11 @@ impl Switch {
 }
 
 impl GroupNode for Switch {
-    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut State) -> Option<usize> {
+    fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut Arc<State>) -> Option<usize> {
         let count = cx.children();
         let inherited = self.which_child == Switch::INHERIT;
         if step == 0 && !inherited {
-            state.switch = self.which_child;
+            Arc::make_mut(state).switch = self.which_child;
         }
         if matches!(cx.branches, Branches::All) {
             return (step < count).then_some(step);
