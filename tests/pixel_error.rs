@@ -36,6 +36,7 @@ fn view(rng: &mut Rng, map: &Map, k: u32) -> Viewpoint {
         up: right.cross(forward),
         forward,
         lens,
+        center: rng.aside(),
         aspect: 16.0 / 9.0,
         pixels: 720.0,
         near: 1.0,
