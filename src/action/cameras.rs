@@ -6,6 +6,9 @@ use super::render::find_camera;
 use super::{Aabb, ActionError, BoundingBoxAction, CameraError, PlacedCamera, Viewpoint};
 use crate::scene::Scene;
 
+/// A camera and its view.
+type Placed = (Arc<PlacedCamera>, Viewpoint);
+
 /// The views that the cameras of a scene give in pictures of one size. Each is worked out when it is asked for first and
 /// kept, so that many shapes and rays can ask.
 ///
@@ -29,7 +32,7 @@ pub struct Cameras<'s> {
     scene: &'s Scene,
     size: [u32; 2],
     bounds: OnceLock<Result<Option<Aabb>, ActionError>>,
-    found: Mutex<Vec<(Option<String>, Arc<PlacedCamera>, Viewpoint)>>,
+    found: Mutex<Vec<(Option<String>, Placed)>>,
 }
 
 impl<'s> Cameras<'s> {
@@ -55,13 +58,13 @@ impl<'s> Cameras<'s> {
     }
 
     /// The camera with this name, or the first one, and its view.
-    pub(super) fn camera(&self, name: Option<&str>) -> Result<(Arc<PlacedCamera>, Viewpoint), ActionError> {
+    pub(super) fn camera(&self, name: Option<&str>) -> Result<Placed, ActionError> {
         let [width, height] = self.size;
         if width == 0 || height == 0 {
             return Err(ActionError::Viewport(width, height));
         }
         let found = || self.found.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, camera, view)) = found().iter().find(|(known, ..)| known.as_deref() == name) {
+        if let Some((_, (camera, view))) = found().iter().find(|(known, _)| known.as_deref() == name) {
             return Ok((Arc::clone(camera), *view));
         }
         if name.is_none() && self.scene.index().is_some_and(|index| !index.has_camera()) {
@@ -78,7 +81,7 @@ impl<'s> Cameras<'s> {
         {
             return Err(refused(CameraError::Field(Box::new(problem))));
         }
-        found().push((name.map(str::to_owned), Arc::clone(&camera), view));
+        found().push((name.map(str::to_owned), (Arc::clone(&camera), view)));
         Ok((camera, view))
     }
 
@@ -92,10 +95,7 @@ impl<'s> Cameras<'s> {
     }
 
     /// [`Cameras::camera`], or nothing in a scene without a camera.
-    pub(super) fn camera_if_any(
-        &self,
-        name: Option<&str>,
-    ) -> Result<Option<(Arc<PlacedCamera>, Viewpoint)>, ActionError> {
+    pub(super) fn camera_if_any(&self, name: Option<&str>) -> Result<Option<Placed>, ActionError> {
         match self.camera(name) {
             Ok(camera) => Ok(Some(camera)),
             Err(ActionError::NoCamera) => Ok(None),

@@ -235,11 +235,11 @@ crate::define_node! {
     }
     check |c: &FrustumCamera| {
         let mut found = problems(c.near_distance, c.far_distance, c.position, c.look_at);
-        if !(c.left < c.right) {
+        if c.left >= c.right {
             let message = format!("{} does not work: it has to be beyond left ({})", c.right, c.left);
             found.push(FieldProblem::new("right", message));
         }
-        if !(c.bottom < c.top) {
+        if c.bottom >= c.top {
             let message = format!("{} does not work: it has to be above bottom ({})", c.top, c.bottom);
             found.push(FieldProblem::new("top", message));
         }
