@@ -211,7 +211,7 @@ fn emissive(draw: &mut Draw) {
 }
 
 fn has_map(draw: &Draw) -> bool {
-    matches!(&draw.geometry, Geometry::Terrain(terrain) if terrain.color_map.is_some())
+    draw.coloring.color_map.is_some()
 }
 
 fn is_terrain(draw: &Draw) -> bool {

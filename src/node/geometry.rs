@@ -115,9 +115,10 @@ impl PropertyNode for NormalBinding {
 }
 
 crate::define_node! {
-    /// The texture coordinates of the sets of faces after it, instead of those worked out from the shape's box.
+    /// The texture coordinates of the sets of faces after it, instead of those worked out from the shape's box: s along its longest
+    /// side from 0 to 1, t along the second longest in the same scale.
     ///
-    /// Read by picks and callbacks.
+    /// Read by render, picks and callbacks.
     ///
     /// ```ron
     /// TextureCoordinate2(point: [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
