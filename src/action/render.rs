@@ -538,6 +538,16 @@ impl DrawContext<'_> {
         &mut self,
         primitives: impl FnOnce(&ShapeContext<'_>, &mut dyn FnMut(Triangle)) -> Result<(), ShapeError>,
     ) -> Result<(), ShapeError> {
+        self.draw_faces(false, primitives)
+    }
+
+    /// [`DrawContext::draw_primitives`] of a shape that is open, so that its inside is seen where the State does not say
+    /// otherwise; or closed.
+    pub(crate) fn draw_faces(
+        &mut self,
+        open: bool,
+        primitives: impl FnOnce(&ShapeContext<'_>, &mut dyn FnMut(Triangle)) -> Result<(), ShapeError>,
+    ) -> Result<(), ShapeError> {
         let mut triangles: Vec<Triangle> = Vec::new();
         primitives(&self.shape, &mut |t| triangles.push(t))?;
         let Some(first) = triangles.first() else {
@@ -563,7 +573,7 @@ impl DrawContext<'_> {
             }
             mesh.triangles.push([start, start + 1, start + 2]);
         }
-        let options = DrawOptions::plain(GeometryKind::Mesh);
+        let options = DrawOptions { two_sided: open, ..DrawOptions::plain(GeometryKind::Mesh) };
         self.draw(Geometry::Mesh(Arc::new(mesh)), &DAffine3::from_translation(anchor), options)
     }
 }
