@@ -321,8 +321,12 @@ fn without_a_texture_nothing_is_paid() {
         shape(&mut scene);
         RenderAction::new(32, 32).apply(&scene).expect("a frame")
     };
-    let add_cube = |scene: &mut Scene| drop(scene.add(scene.root(), Cube::default()).expect("a child"));
-    let add_bare = |scene: &mut Scene| drop(scene.add(scene.root(), Bare::default()).expect("a child"));
+    let add_cube = |scene: &mut Scene| {
+        scene.add(scene.root(), Cube::default()).expect("a child");
+    };
+    let add_bare = |scene: &mut Scene| {
+        scene.add(scene.root(), Bare::default()).expect("a child");
+    };
     let texture = || Some(Texture2::from_image(image()));
     let mut gpu = headless();
     let mut costs = |frame: &Frame| {
