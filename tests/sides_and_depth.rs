@@ -212,7 +212,7 @@ fn the_inside_of_open_shapes_is_drawn_where_it_is_picked() {
     let tube = "Cylinder(parts: [Sides])";
     let eye = "OrthographicCamera(position: (0.0, 4.0, 4.0), look_at: (0.0, 0.0, 0.0), height: 4.0),
         Environment(ambient_intensity: 0.0),";
-    let at = |nodes: &str| picture(nodes).at(30, 15)[0];
+    let at = |nodes: &str| picture(nodes).at(30, 24)[0];
     let inside = at(&format!("{eye} DirectionalLight(direction: (0.0, 0.0, -1.0)), {tube}"));
     let outside = at(&format!("{eye} DirectionalLight(direction: (0.0, 0.0, 1.0)), {tube}"));
     assert!(inside > 0.3 && outside == 0.0, "{inside} {outside}");
