@@ -580,6 +580,10 @@ fn mutated_scenes_are_read_or_refused() {
             std::fs::write(folder.path().join(file.file_name().unwrap()), b"").unwrap();
         }
     }
+    std::fs::create_dir(folder.path().join("parts")).unwrap();
+    for file in std::fs::read_dir(data("parts")).unwrap().map(|f| f.unwrap().path()) {
+        std::fs::copy(&file, folder.path().join("parts").join(file.file_name().unwrap())).unwrap();
+    }
     let path = folder.path().join("mutated.ron");
     for (number, scene) in scenes.iter().enumerate() {
         let original = std::fs::read(scene).unwrap();
@@ -599,6 +603,7 @@ fn mutated_scenes_are_read_or_refused() {
                     let lines: Vec<usize> =
                         String::from_utf8_lossy(&text).split('\n').map(|line| line.chars().count()).collect();
                     for mistake in mistakes {
+                        assert_eq!(mistake.file.as_ref(), Some(&path), "round {round}: {mistake:?}");
                         let Position { line, column } = mistake.position.unwrap();
                         assert!(line >= 1 && line <= lines.len(), "round {round}: {mistake:?}");
                         assert!(column >= 1 && column <= lines[line - 1] + 1, "round {round}: {mistake:?}");
