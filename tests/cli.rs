@@ -187,6 +187,34 @@ fn effects_lists_draws_with_what_they_ask_for() {
     }
 }
 
+/// What is behind the draws comes first: a sky with its shader, a plain background that takes nothing.
+#[test]
+fn effects_lists_what_is_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    for (background, name) in [("zenith: (0.1, 0.2, 0.8)", "sky"), ("color: (1.0, 0.0, 0.0)", "background")] {
+        let text = format!(
+            "Scene(version: 1, root: Separator(children: [PerspectiveCamera(), Background({background}),
+             PolygonOffset(), Def(\"box\", Cube())]))"
+        );
+        let scene = write(folder.path(), "behind.ron", &text);
+        let rows: Vec<Value> = good(&["effects", path(&scene), "--size", "64x48", "--json"])
+            .lines()
+            .map(|line| serde_json::from_str(line).unwrap())
+            .collect();
+        let [behind, cube] = rows.as_slice() else { panic!("{rows:?}") };
+        assert_eq!(behind["path"], serde_json::json!(["Separator", "Background[1]"]));
+        assert_eq!(
+            (&behind["effects"][0]["name"], &behind["effects"][0]["asked_by"][0]),
+            (&name.into(), &behind["path"])
+        );
+        assert_eq!(behind["shader"].is_null(), name == "background", "{behind}");
+        assert_eq!(behind["shader_bytes"].as_u64() > Some(0), name == "sky", "{behind}");
+        assert_eq!(cube["effects"][0]["name"], "polygon-offset");
+        assert_eq!(cube["effects"][0]["asked_by"][0][1], "PolygonOffset[2]");
+        assert!(good(&["effects", path(&scene), "--size", "64x48"]).starts_with("Separator/Background[1]\n"));
+    }
+}
+
 #[test]
 fn pick_one() {
     let folder = tempfile::tempdir().unwrap();

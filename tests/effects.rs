@@ -2,14 +2,17 @@
 #![cfg(feature = "render")]
 
 mod common;
+#[path = "effects/pictures.rs"]
+mod pictures;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use common::gpu::{headless, linear};
-use seamount::action::{Draw, EFFECTS, Frame};
+use seamount::action::{BACKGROUNDS, Draw, EFFECTS, Explained, Frame};
+use seamount::node::OffsetStyle;
 use seamount::prelude::*;
-use seamount::render::draw_text;
+use seamount::render::{DrawCost, draw_text};
 use seamount::terrain::{LatticeLight, ShadowMap};
 use wgpu::naga;
 
@@ -53,7 +56,7 @@ fn hills() -> Image {
 
 /// A cube that nothing acts on, and the ground in a separator with what `nodes` puts before it. The ground is drawn in full, so
 /// that picks say what each pixel shows.
-fn scene(nodes: fn(&mut Build)) -> Scene {
+fn scene(nodes: impl FnOnce(&mut Build)) -> Scene {
     let mut scene = Scene::with_root(Separator::default());
     let root = scene.root();
     let (position, look_at) = (Some(DVec3::new(0.4, -1.2, 1.1)), Some(DVec3::new(0.5, 0.5, 0.0)));
@@ -118,6 +121,15 @@ fn mesh(b: &mut Build) {
     b.add(Coordinate3 { point });
     let coord_index = [0, 1, 2, -1, 0, 2, 3, -1].into();
     b.mesh = Some(IndexedFaceSet { coord_index, ..IndexedFaceSet::default() });
+}
+
+/// The same, over one in another colour: of two in one place the later is seen.
+fn two_meshes(b: &mut Build) {
+    mesh(b);
+    let first = b.mesh.clone().unwrap();
+    let under = b.scene.add(b.group, Separator::default()).unwrap();
+    b.scene.add(under, BaseColor { rgb: Color::new(1.0, 0.0, 0.0).into() }).unwrap();
+    b.scene.add(under, first).unwrap();
 }
 
 fn lamp() -> PointLight {
@@ -443,6 +455,18 @@ fn pairs() -> Vec<Pair> {
             changes: |hit| Some(hit.uv.x < 0.5).filter(|_| (hit.uv.x - 0.5).abs() > 1e-4),
         },
         Pair {
+            effect: "polygon-offset",
+            brings: &[],
+            // Depth is moved by the rasteriser.
+            words: &[],
+            without: two_meshes,
+            with: |b| {
+                two_meshes(b);
+                b.add(PolygonOffset { units: 4.0, ..Default::default() });
+            },
+            changes: always,
+        },
+        Pair {
             effect: "two-sided",
             brings: &[],
             words: &["front_facing", "-surface.normal"],
@@ -617,7 +641,9 @@ fn what_is_not_asked_for_is_nowhere() {
         assert_eq!(third.pipelines_made, 0, "{name}");
         assert!(second.gpu_bytes >= first.gpu_bytes, "{name}");
         let (cost, costs) = (cost.last().unwrap(), costs.last().unwrap());
-        if !name.starts_with("color-by") {
+        if name == "polygon-offset" {
+            assert_eq!((costs, parts(&texts[1])), (cost, parts(&texts[0])), "{name}");
+        } else if !name.starts_with("color-by") {
             assert!(costs.texture_bytes >= cost.texture_bytes, "{name}: {costs:?} after {cost:?}");
             assert!(costs.uniform_bytes >= cost.uniform_bytes, "{name}: {costs:?} after {cost:?}");
             assert!(costs.shader_bytes > cost.shader_bytes, "{name}: {costs:?} after {cost:?}");
@@ -682,7 +708,9 @@ fn effects_are_put_down_to_the_nodes_that_asked() {
     scene.add_child(aside, shine).unwrap();
     scene.add(root, SpotLight::default()).unwrap();
     scene.add(root, Cube::default()).unwrap();
-    let (frame, effects) = RenderAction::new(64, 64).explain(&scene).unwrap();
+    let explained = RenderAction::new(64, 64).explain(&scene).unwrap();
+    let Explained { frame, draws: effects, background } = explained;
+    assert_eq!(background, None);
     assert_eq!((frame.draws.len(), effects.len()), (1, 1));
     assert_eq!(frame.draws[0].effects, effects[0].effects);
     let asked: Vec<(&str, Vec<String>)> =
@@ -695,6 +723,203 @@ fn effects_are_put_down_to_the_nodes_that_asked() {
         ("specular", by("Material[1]")),
     ];
     assert_eq!(asked, want);
+}
+
+/// What is behind all draws is put down to the first node that says so, with what it takes: a colour takes nothing.
+#[test]
+fn what_is_behind_is_put_down_to_the_node_that_asked() {
+    for (zenith, name) in [None, Some(Color::WHITE)].into_iter().zip(BACKGROUNDS) {
+        let mut scene = Scene::with_root(Separator::default());
+        let root = scene.root();
+        scene.add(root, PerspectiveCamera::default()).unwrap();
+        scene.add(root, Cube::default()).unwrap();
+        let aside = scene.add(root, Separator::default()).unwrap();
+        scene.add(aside, Background { color: Color::WHITE, zenith }).unwrap();
+        scene.add(root, Background { color: Color::BLACK, zenith: Some(Color::WHITE) }).unwrap();
+        let Explained { frame, background, .. } = RenderAction::new(64, 64).explain(&scene).unwrap();
+        let path = ["Separator", "Separator[2]", "Background[0]"].map(str::to_owned).to_vec();
+        assert_eq!(background, Some((name.to_owned(), vec![path])));
+        let mut gpu = headless();
+        gpu.draw(&frame).unwrap();
+        let cost = gpu.sky_cost(&frame).unwrap();
+        assert_eq!(cost.is_some(), zenith.is_some());
+        if let Some(DrawCost { variant, shader_bytes, texture_bytes, buffer_bytes, uniform_bytes }) = cost {
+            // Horizon, zenith and three rays.
+            assert_eq!((variant, texture_bytes, buffer_bytes, uniform_bytes), (1, 0, 0, 5 * 16));
+            assert!(shader_bytes > 300, "{shader_bytes}");
+        }
+    }
+}
+
+/// An image that is not there, as whoever decodes it finds.
+fn no_image(b: &mut Build, unit: u32) -> &mut Build {
+    b.add(TextureUnit { unit }).add(Texture2 { filename: "no such file.png".into(), ..Default::default() })
+}
+
+/// Nodes in a separator that ends before the shape.
+fn aside(b: &mut Build, nodes: fn(&mut Build)) {
+    let group = b.group;
+    b.group = b.scene.add(group, Separator::default()).unwrap();
+    nodes(b);
+    b.group = group;
+}
+
+/// Ground with light and a colour map.
+fn mapped(b: &mut Build) {
+    sun(b);
+    halves(b);
+}
+
+type Nodes = fn(&mut Build);
+
+/// Nodes that have no bearing on a shape: what they are, what stands before them, and they themselves.
+const IDLE: &[(&str, Nodes, Nodes)] = &[
+    ("a light that is off", mapped, |b| _ = b.add(SpotLight { on: false, ..Default::default() })),
+    ("a light without intensity", mapped, |b| _ = b.add(PointLight { intensity: 0.0, ..Default::default() })),
+    ("a black light", mapped, |b| _ = b.add(DirectionalLight { color: Color::BLACK, ..Default::default() })),
+    ("a shadow of a light that is off", mapped, |b| {
+        b.add(DirectionalLight { on: false, shadow: true, direction: LOW, ..Default::default() });
+    }),
+    ("lights and air in another separator", mapped, |b| {
+        aside(b, |b| {
+            b.add(lamp()).add(SpotLight::default());
+            low_sun(b, true);
+            fog(b, FogType::Haze);
+        });
+    }),
+    ("colours and relief in another separator", mapped, |b| {
+        aside(b, |b| {
+            no_image(b, 7);
+            b.add(ColorRamp::default()).add(ContourLines::default()).add(DetailTextures::default());
+            b.add(NormalMap::default()).add(BumpMap::default());
+            b.add(Material { specular_color: Color::WHITE.into(), ..Default::default() });
+            b.add(Texture2Transform { rotation: 1.0, ..Default::default() });
+        });
+    }),
+    ("styles and planes in another separator", mapped, |b| {
+        aside(b, |b| {
+            b.add(DrawStyle { style: Style::FilledLines, ..Default::default() });
+            b.add(PolygonOffset::default()).add(ClipPlane::default());
+            b.add(ShapeHints { vertex_ordering: VertexOrdering::Counterclockwise, ..Default::default() });
+        });
+    }),
+    ("a program in another separator", mapped, |b| {
+        aside(b, |b| {
+            let program = b.scene.add(b.group, ShaderProgram::default()).unwrap();
+            let source_program = ShaderSource::Wgsl("fn fragment_shader(f: Fragment) -> vec3f { nonsense }".into());
+            b.scene.add(program, FragmentShader { source_program, ..Default::default() }).unwrap();
+        });
+    }),
+    ("the default material", mapped, |b| _ = b.add(Material::default())),
+    ("the default air", mapped, |b| _ = b.add(Environment::default())),
+    ("fog that is none, with a colour", mapped, |b| {
+        b.add(Environment { fog_color: Color::BLACK, fog_visibility: 1.0, ..Default::default() });
+    }),
+    ("the default light model", mapped, |b| _ = b.add(LightModel::default())),
+    ("the default style", mapped, |b| _ = b.add(DrawStyle::default())),
+    ("widths that nobody asks for", mapped, |b| {
+        b.add(DrawStyle { line_width: 7.0, point_size: 9.0, line_color: Color::WHITE, ..Default::default() });
+    }),
+    ("the default complexity", mapped, |b| _ = b.add(Complexity::default())),
+    ("the default binding", mapped, |b| _ = b.add(MaterialBinding::default())),
+    ("an image that nobody reads", mapped, |b| _ = no_image(b, 9)),
+    ("a transform of an image that nobody reads", mapped, |b| {
+        b.add(TextureUnit { unit: 9 }).add(Texture2Transform { rotation: 1.0, ..Default::default() });
+    }),
+    ("a transform that moves nothing", mapped, |b| {
+        b.add(TextureUnit { unit: 1 }).add(Texture2Transform::default());
+    }),
+    ("a program without texts", mapped, |b| _ = b.add(ShaderProgram::default())),
+    ("a plane that is off", mapped, |b| _ = b.add(ClipPlane { on: false, ..Default::default() })),
+    ("an offset that is off", mapped, |b| {
+        b.add(PolygonOffset { on: false, units: 9.0, ..Default::default() });
+    }),
+    ("an offset for other styles", mapped, |b| {
+        b.add(PolygonOffset { styles: List::from([OffsetStyle::Lines]), ..Default::default() });
+    }),
+    ("weakening of sunlight", mapped, |b| {
+        b.add(Environment { attenuation: DVec3::ONE, ..Default::default() });
+        b.add(PointLight { on: false, ..Default::default() });
+    }),
+    ("relief without light", halves, |b| {
+        no_image(b, 7);
+        b.add(NormalMap::default());
+        no_image(b, 8);
+        b.add(BumpMap::default());
+    }),
+    ("highlights and glow without light", halves, |b| {
+        b.add(Material {
+            specular_color: Color::WHITE.into(),
+            emissive_color: Color::WHITE.into(),
+            ambient_color: Color::BLACK.into(),
+            ..Default::default()
+        });
+    }),
+    ("light that is not looked at", halves, |b| {
+        b.add(LightModel { model: LightingModel::BaseColor });
+        low_sun(b, true);
+        b.add(lamp());
+    }),
+    (
+        "colours beside colours for study",
+        |b| b.terrain.color_mode = ColorMode::Levels,
+        |b| {
+            no_image(b, 1);
+            b.add(ColorRamp::default()).add(ContourLines::default()).add(DetailTextures::default());
+            b.add(Material { transparency: List::from(0.5), ..Default::default() });
+            fog(b, FogType::Fog);
+        },
+    ),
+    ("colours of terrains on a mesh", mesh, |b| {
+        b.add(ColorRamp::default()).add(ContourLines::default()).add(DetailTextures::default());
+        b.add(NormalMap::default()).add(BumpMap::default());
+    }),
+    (
+        "a shadow of terrains on a mesh",
+        |b| {
+            mesh(b);
+            low_sun(b, false);
+        },
+        |b| {
+            b.add(DirectionalLight { on: false, shadow: true, ..Default::default() });
+        },
+    ),
+];
+
+/// What has no bearing on a shape changes neither its effects, shader, bindings and memory nor a bit of the picture.
+#[test]
+fn nodes_without_bearing_change_nothing() {
+    let format = wgpu::TextureFormat::Rgba8UnormSrgb;
+    for &(name, before, nodes) in IDLE {
+        let [plain, idle] = [false, true].map(|idle| {
+            let scene = scene(|b| {
+                before(b);
+                if idle {
+                    nodes(b);
+                }
+            });
+            RenderAction::new(SIZE[0], SIZE[1]).apply(&scene).unwrap_or_else(|error| panic!("{name}: {error}"))
+        });
+        let [a, b] = [&plain, &idle].map(|frame| frame.draws.last().unwrap());
+        assert_eq!(a.effects, b.effects, "{name}");
+        // Modules are put together in any order.
+        let lines = |draw| -> BTreeMap<String, usize> {
+            let text = draw_text(draw, format).unwrap();
+            text.lines().fold(BTreeMap::new(), |mut lines, line| {
+                *lines.entry(line.to_owned()).or_default() += 1;
+                lines
+            })
+        };
+        assert_eq!(lines(a), lines(b), "{name}");
+        // Two renderers that have drawn nothing else; the first knows all that the second frame takes.
+        let [mut fresh, mut other] = [(), ()].map(|()| seamount::render::Headless::new(None).unwrap());
+        let first = fresh.draw(&plain).unwrap();
+        let second = other.draw(&idle).unwrap();
+        assert_eq!(other.costs(&idle).unwrap(), fresh.costs(&plain).unwrap(), "{name}");
+        assert_eq!(second.report.gpu_bytes, first.report.gpu_bytes, "{name}");
+        assert_eq!(fresh.draw(&idle).unwrap().report.pipelines_made, 0, "{name}");
+        assert!(first.rgba == second.rgba, "{name}");
+    }
 }
 
 /// Scenes with the same effects share a shader; the second draw compiles nothing.

@@ -322,6 +322,98 @@ mod pictures {
         assert!(dark > 1000 && light > 1000, "{dark} dark and {light} lit");
     }
 
+    /// The same ground under transforms, seen and lit in its own coordinates from where it was, so that of each much is in shadow.
+    fn placed(model: DAffine3, shadow: bool) -> Scene {
+        let plain = ground(DVec3::ZERO, false);
+        let mut scene = plain.scene;
+        let root = scene.root();
+        let place = |local: DVec3| Some(model.transform_point3(local));
+        let (position, look_at) = (place(DVec3::new(200.0, 200.0, 500.0)), place(DVec3::new(200.0, 200.0, 0.0)));
+        let height = 300.0 * model.matrix3.determinant().abs().cbrt();
+        let camera = scene.children(root)[0];
+        *scene.edit::<OrthographicCamera>(camera).unwrap() =
+            OrthographicCamera { position, look_at, height, ..Default::default() };
+        let direction = model.transform_vector3(DVec3::new(1.0, 0.4, -0.35));
+        *scene.edit::<DirectionalLight>(plain.light).unwrap() =
+            DirectionalLight { direction, shadow, ..Default::default() };
+        let at = scene.children(root).len() - 1;
+        let (x, y, z) = (model.matrix3.x_axis, model.matrix3.y_axis, model.matrix3.z_axis);
+        let matrix = scene.insert(MatrixTransform { matrix: (x, y, z, model.translation).into() });
+        scene.insert_child(root, at, matrix).unwrap();
+        scene
+    }
+
+    /// Turned, scaled, mirrored and sheared ground: each pixel by rays in the world, which know nothing of cells.
+    #[test]
+    fn shadows_under_transforms_are_those_of_rays_in_the_world() {
+        let turned = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 1.1);
+        let moved = DAffine3::from_translation(DVec3::new(-300.0, 70.0, 20.0));
+        let scaled = DAffine3::from_scale(DVec3::new(2.0, 0.5, 1.5));
+        let mirrored = |x, y, z| DAffine3::from_scale(DVec3::new(x, y, z));
+        let mut sheared = DAffine3::IDENTITY;
+        sheared.matrix3.y_axis = DVec3::new(0.4, 1.0, 0.2);
+        sheared.matrix3.z_axis = DVec3::new(-0.3, 0.1, 1.0);
+        let models = [
+            ("turned", turned),
+            ("scaled", scaled),
+            ("mirrored west to east", mirrored(-1.0, 1.0, 1.0)),
+            ("mirrored north to south", mirrored(1.0, -1.0, 1.0)),
+            ("upside down", mirrored(1.0, 1.0, -1.0)),
+            ("mirrored three times", mirrored(-1.0, -1.0, -1.0)),
+            ("sheared", sheared),
+            ("all of it", moved * turned * mirrored(-1.0, 1.0, 1.0) * sheared * scaled),
+        ];
+        let field = generate(65, 4).unwrap();
+        for (name, model) in models {
+            let (plain, shaded) = (placed(model, false), placed(model, true));
+            let mut gpu = linear();
+            let (plain, picture) = (gpu.draw(&frame(&plain)), gpu.draw(&frame(&shaded)));
+            drop(gpu);
+            let action = RayPickAction { surface: Surface::Exact, ..RayPickAction::pixel(0, 0, SIZE) };
+            let picker = action.picker(&shaded).unwrap();
+            let towards = -model.transform_vector3(DVec3::new(1.0, 0.4, -0.35));
+            // One cell along the longer axis.
+            let along = towards * 6.25;
+            let step = Step::new(&LatticeLight { towards: DVec3::new(-1.0, 0.4, 0.35), upwards: true });
+            let blocked = |local: DVec3| {
+                let origin = model.transform_point3(local) + along;
+                let ray = Ray::new(origin, towards).unwrap();
+                // A ray that starts in the ground comes out of it.
+                !picker.pick(&ray, false).unwrap().is_empty()
+            };
+            let (mut dark, mut light) = (0, 0);
+            for (x, y) in (0..SIZE[1]).step_by(2).flat_map(|y| (0..SIZE[0]).step_by(2).map(move |x| (x, y))) {
+                let at = |p: u32| (f64::from(p) + 0.5) / 120.0;
+                let ray = picker.ray_through(at(x), at(y)).unwrap();
+                let Some(hit) = picker.pick(&ray, false).unwrap().into_iter().next() else { continue };
+                // The place, and the points that its depth of shadow is interpolated from, at its height.
+                let place = hit.object_point;
+                let (u, v) = (place.x / 6.25, 64.0 - place.y / 6.25);
+                let (c, r) = (u as u32, v as u32);
+                let third = if u - f64::from(c) >= v - f64::from(r) { (c + 1, r) } else { (c, r + 1) };
+                let around = [(c, r), third, (c + 1, r + 1)].into_iter().flat_map(|(c, r)| step.beside(&field, c, r));
+                let own = blocked(place);
+                let agree = around
+                    .filter(|(_, share)| *share > 0.0)
+                    .all(|(point, _)| blocked(DVec3::new(point.x * 6.25, (64.0 - point.y) * 6.25, place.z)) == own);
+                if !agree {
+                    continue;
+                }
+                if own {
+                    assert_eq!(picture.at(x, y)[0], 0.0, "{name}: ({x}, {y}) lies in shadow");
+                    dark += 1;
+                } else {
+                    let (got, want) = (picture.at(x, y)[0], plain.at(x, y)[0]);
+                    // Two shaders, whose rounding may differ by a step of half floats.
+                    assert!((got - want).abs() <= want * 2e-3, "{name}: ({x}, {y}) is lit: {got} is not {want}");
+                    light += 1;
+                }
+            }
+            println!("{name}: {dark} dark and {light} lit pixels");
+            assert!(dark > 200 && light > 200, "{name}: {dark} dark and {light} lit");
+        }
+    }
+
     /// Seen from straight above a pixel shows the same place whatever the triangles.
     #[test]
     fn shadows_stay_when_detail_changes() {

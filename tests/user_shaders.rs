@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use common::Rng;
 use common::gpu::{headless, linear};
-use seamount::action::{Frame, ShaderOrigin};
+use seamount::action::{Explained, Frame, ShaderOrigin};
 use seamount::prelude::*;
 use seamount::render::{RenderError, check_shaders, draw_text};
 use seamount::scene::{NodePlace, Position};
@@ -809,8 +809,8 @@ fn the_report_of_effects_names_the_program() {
     b.program(&vertex("return vec3f(0.0);"), &text, &[("a", ShaderValue::Vec3(0.0, 0.0, 0.0))]);
     b.add(DirectionalLight::default());
     b.add(Cube::default());
-    let (frame, effects) = RenderAction::new(64, 64).explain(&b.scene).unwrap();
-    let by: Vec<_> = effects[0].asked.iter().map(|(name, by)| (name.as_str(), by.concat().join("/"))).collect();
+    let Explained { frame, draws, .. } = RenderAction::new(64, 64).explain(&b.scene).unwrap();
+    let by: Vec<_> = draws[0].asked.iter().map(|(name, by)| (name.as_str(), by.concat().join("/"))).collect();
     let program = || "Separator/ShaderProgram[1]".to_owned();
     assert!(by.contains(&("vertex-shader", program())) && by.contains(&("fragment-shader", program())), "{by:?}");
     let mut gpu = headless();

@@ -96,6 +96,7 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "bump-map",          |e| on(e.bump_map),       |s| by(&[Aspect::BumpMap], s);
     "shadow",            |e| on(e.shadow),         |s| vec![s.shadow_light().map(|(_, light)| light.visit)];
     "clip-plane",        |e| e.clip_planes,        |s| s.clip_planes.iter().map(|plane| Some(plane.visit)).collect();
+    "polygon-offset",    |e| on(e.polygon_offset), |s| by(&[Aspect::PolygonOffset], s);
     "two-sided",         |e| on(e.two_sided),      |s| by(&[Aspect::ShapeHints], s);
     "vertex-shader",     |e| on(e.shaders.vertex.is_some()),   |s| vec![s.program.own.map(|(_, visit)| visit)];
     "fragment-shader",   |e| on(e.shaders.fragment.is_some()), |s| vec![s.program.own.map(|(_, visit)| visit)];
@@ -110,6 +111,33 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "lines-on-faces",    |e| on(e.style == Style::FilledLines), |s| by(&[Aspect::DrawStyle], s);
 };
 
+/// What may be behind all draws, by name: a colour, which costs nothing, or a sky.
+pub const BACKGROUNDS: [&str; 2] = ["background", "sky"];
+
+/// The names of all effects: those of draws, then what may be behind them.
+///
+/// ```
+/// assert!(seamount::action::effect_names().any(|name| name == "specular"));
+/// ```
+pub fn effect_names() -> impl Iterator<Item = &'static str> {
+    EFFECTS.iter().map(|effect| effect.name).chain(BACKGROUNDS)
+}
+
+/// An effect's name and the paths of the nodes that asked for it, from the root as in [`ActionError`]: the shape itself if no
+/// other did, nothing if it is there by default, like ambient light.
+pub type Asked = (String, Vec<Vec<String>>);
+
+/// A frame, and who asked for what in it.
+#[derive(Debug, Clone)]
+pub struct Explained {
+    /// The frame.
+    pub frame: Frame,
+    /// What is behind the draws, one of [`BACKGROUNDS`], if the scene says so.
+    pub background: Option<Asked>,
+    /// The effects of each draw, in the order of the frame.
+    pub draws: Vec<DrawEffects>,
+}
+
 /// What one draw of a scene costs by its effects, and which nodes asked for them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DrawEffects {
@@ -119,13 +147,12 @@ pub struct DrawEffects {
     pub effects: Effects,
     /// The kind of shape.
     pub geometry: GeometryKind,
-    /// Each effect's name and the paths of the nodes that asked for it: the shape itself if no other did, nothing if it is
-    /// there by default, like ambient light.
-    pub asked: Vec<(String, Vec<Vec<String>>)>,
+    /// Who asked for each of them.
+    pub asked: Vec<Asked>,
 }
 
 impl RenderAction {
-    /// The frame, and for each of its draws the effects and which nodes asked for them.
+    /// The frame, and which nodes asked for the effects of each of its draws and for what is behind them.
     ///
     /// # Errors
     ///
@@ -141,27 +168,29 @@ impl RenderAction {
     /// scene.add(root, PerspectiveCamera::default())?;
     /// scene.add(root, DirectionalLight::default())?;
     /// scene.add(root, Cube::default())?;
-    /// let (frame, effects) = RenderAction::new(640, 480).explain(&scene)?;
-    /// assert_eq!(frame.draws.len(), effects.len());
-    /// assert_eq!(effects[0].path, ["Separator", "Cube[2]"]);
-    /// let (effect, asked_by) = &effects[0].asked[0];
+    /// let explained = RenderAction::new(640, 480).explain(&scene)?;
+    /// assert_eq!(explained.frame.draws.len(), explained.draws.len());
+    /// assert_eq!(explained.background, None);
+    /// assert_eq!(explained.draws[0].path, ["Separator", "Cube[2]"]);
+    /// let (effect, asked_by) = &explained.draws[0].asked[0];
     /// assert_eq!((effect.as_str(), asked_by[0].join("/").as_str()), ("directional-light×1", "Separator/DirectionalLight[1]"));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn explain(&self, scene: &Scene) -> Result<(Frame, Vec<DrawEffects>), ActionError> {
+    pub fn explain(&self, scene: &Scene) -> Result<Explained, ActionError> {
         let cameras = Cameras::new(scene, self.size);
         let viewpoint = cameras.viewpoint(self.camera.as_deref())?;
         let mut view = View::default();
         view.begin();
         let render = Render::new(self, scene, viewpoint, &cameras, &mut view);
-        let mut explain = Explain { render, scene, paths: Vec::new(), found: Vec::new() };
+        let mut explain = Explain { render, scene, paths: Vec::new(), background: None, found: Vec::new() };
         walk(scene, Branches::Seen(Some(&viewpoint)), &mut explain)?;
         // As the draws are sorted at the end.
+        let background = explain.background;
         let mut found: Vec<_> = explain.found.into_iter().zip(view.frame.draws.iter().map(Draw::order)).collect();
         found.sort_by(|(_, a), (_, b)| a.partial_cmp(b).unwrap_or(Ordering::Equal));
-        let found = found.into_iter().map(|(effects, _)| effects).collect();
+        let draws = found.into_iter().map(|(effects, _)| effects).collect();
         view.end(self, scene);
-        Ok((view.frame, found))
+        Ok(Explained { frame: view.frame, background, draws })
     }
 }
 
@@ -171,6 +200,7 @@ struct Explain<'s> {
     scene: &'s Scene,
     /// By [`PropertyContext::visit`](super::PropertyContext::visit), less one.
     paths: Vec<Path>,
+    background: Option<Asked>,
     found: Vec<DrawEffects>,
 }
 
@@ -185,7 +215,16 @@ impl Visitor for Explain<'_> {
     }
 
     fn leave(&mut self, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {
-        self.render.leave(path, state)
+        let go = self.render.leave(path, state)?;
+        if self.background.is_none()
+            && let Some(background) = self.render.background()
+        {
+            // The node that is left has set it.
+            let [plain, sky] = BACKGROUNDS;
+            let name = if background.zenith.is_some() { sky } else { plain };
+            self.background = Some((name.to_owned(), vec![path.names(self.scene)]));
+        }
+        Ok(go)
     }
 
     fn shape(&mut self, shape: &dyn ShapeNode, path: &Path, state: &Arc<State>) -> Result<Go, ActionError> {

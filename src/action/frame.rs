@@ -498,6 +498,8 @@ pub struct Effects {
     pub clip_planes: u8,
     /// Whether faces are seen from behind as well, with the light on that side.
     pub two_sided: bool,
+    /// Whether faces are drawn deeper, or less deep, than they are. No shader knows of it.
+    pub polygon_offset: bool,
     /// Shaders of the scene's own.
     pub shaders: ShaderUses,
 }

@@ -40,7 +40,7 @@ pub(crate) use camera::unit;
 pub use camera::{CameraError, PlacedCamera};
 pub use cameras::Cameras;
 pub use colors::{CornerData, SurfaceColors};
-pub use effects::{DrawEffects, EFFECTS, EffectInfo};
+pub use effects::{Asked, BACKGROUNDS, DrawEffects, EFFECTS, EffectInfo, Explained, effect_names};
 pub use error::{ActionError, ShapeError};
 pub use event::{ButtonState, Event, EventKind, EventType, Key, MouseButton};
 pub use frame::{

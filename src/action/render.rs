@@ -221,6 +221,11 @@ impl<'s> Render<'s> {
         Self { scene, viewpoint, cameras, size: action.size, view, background: None, programs: Programs::default() }
     }
 
+    /// What is behind everything, if a node said so before.
+    pub(super) fn background(&self) -> Option<&Background> {
+        self.background.as_deref()
+    }
+
     /// What was gathered so far.
     pub(super) fn draws(&self) -> &[Draw] {
         &self.view.frame.draws
@@ -430,6 +435,7 @@ impl DrawContext<'_> {
             morph: options.morph,
             clip_planes: state.clip_planes.len().min(255) as u8,
             shaders,
+            polygon_offset: offset.is_some(),
             two_sided: faces && state.shape_hints.both_sides(options.two_sided || !state.clip_planes.is_empty()),
         }
         .reduced();

@@ -358,10 +358,12 @@ pub enum Aspect {
     ShapeHints,
     /// What colours belong to.
     MaterialBinding,
+    /// How faces are moved away in depth.
+    PolygonOffset,
 }
 
 impl Aspect {
-    const COUNT: usize = Aspect::MaterialBinding as usize + 1;
+    const COUNT: usize = Aspect::PolygonOffset as usize + 1;
 }
 
 /// The last node that set each [`Aspect`]: the visit, 0 for none. A walk has fewer than 2³² visits

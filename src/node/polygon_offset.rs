@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{List, PropertyNode, Style, field::enum_field};
-use crate::action::{PropertyContext, State};
+use crate::action::{Aspect, PropertyContext, State};
 
 /// A way in which faces are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -52,7 +52,8 @@ impl PolygonOffset {
 }
 
 impl PropertyNode for PolygonOffset {
-    fn apply(&self, state: &mut State, _: &PropertyContext<'_>) {
+    fn apply(&self, state: &mut State, cx: &PropertyContext<'_>) {
+        state.credit(Aspect::PolygonOffset, cx);
         state.polygon_offset = self.on.then(|| self.clone());
     }
 

@@ -2,6 +2,7 @@
 
 use super::RenderError;
 use super::error::guarded;
+use super::objects::Make;
 
 /// A buffer that is at least as large as was asked for last.
 #[derive(Debug)]
@@ -32,7 +33,7 @@ impl GrowingBuffer {
             self.buffer = None;
             let descriptor =
                 wgpu::BufferDescriptor { label: Some(self.label), size, usage: self.usage, mapped_at_creation: false };
-            self.buffer = Some(guarded(device, self.label, || device.create_buffer(&descriptor))?);
+            self.buffer = Some(guarded(device, self.label, || device.make_buffer(&descriptor))?);
         }
         if let Some(buffer) = &self.buffer
             && size > 0

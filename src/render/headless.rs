@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::error::guarded;
+use super::objects::{Make, make_device, make_instance, make_view};
 use super::targets::check_size;
 use super::timer::read_buffer;
 use super::{DrawCost, Picture, RenderError, Renderer, RendererOptions};
@@ -62,7 +63,7 @@ impl Headless {
     /// [`RenderError::NoAdapter`] when there is none, or none of that name; [`RenderError::NoDevice`] when none of them
     /// gives a device.
     pub fn new(adapter: Option<&str>) -> Result<Self, RenderError> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let instance = make_instance();
         let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
         adapters.sort_by_key(|adapter| rank(adapter.get_info().device_type));
         let names: Vec<String> = adapters.iter().map(|a| describe(&a.get_info())).collect();
@@ -82,16 +83,19 @@ impl Headless {
 
     fn with_adapter(adapter: &wgpu::Adapter) -> Result<Self, RenderError> {
         let info = adapter.get_info();
-        let request = adapter.request_device(&wgpu::DeviceDescriptor {
-            label: Some("seamount"),
-            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
-            // Maps may be as large as the adapter's textures.
-            required_limits: adapter.limits(),
-            memory_hints: wgpu::MemoryHints::MemoryUsage,
-            ..wgpu::DeviceDescriptor::default()
-        });
-        let (device, queue) = pollster::block_on(request)
-            .map_err(|e| RenderError::NoDevice { adapter: info.name.clone(), reason: e.to_string() })?;
+        let made = make_device(
+            adapter,
+            &wgpu::DeviceDescriptor {
+                label: Some("seamount"),
+                required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+                // Maps may be as large as the adapter's textures.
+                required_limits: adapter.limits(),
+                memory_hints: wgpu::MemoryHints::MemoryUsage,
+                ..wgpu::DeviceDescriptor::default()
+            },
+        );
+        let (device, queue) =
+            made.map_err(|e| RenderError::NoDevice { adapter: info.name.clone(), reason: e.to_string() })?;
         let uncaptured = Arc::new(Mutex::new(None));
         let sink = Arc::clone(&uncaptured);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
@@ -130,6 +134,15 @@ impl Headless {
     /// As for [`Renderer::costs`].
     pub fn costs(&self, frame: &Frame) -> Result<Vec<DrawCost>, RenderError> {
         self.renderer.costs(frame)
+    }
+
+    /// What the sky of a frame takes, if it has one; see [`Renderer::sky_cost`].
+    ///
+    /// # Errors
+    ///
+    /// As for [`Renderer::sky_cost`].
+    pub fn sky_cost(&self, frame: &Frame) -> Result<Option<DrawCost>, RenderError> {
+        self.renderer.sky_cost(frame)
     }
 
     /// Draws a frame with one sample per pixel and reads the depth back, row by row from the top left, at the centre of
@@ -182,7 +195,7 @@ impl Target {
         // Colours and depths are both four bytes.
         let pitch = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         guarded(device, "making the targets of a picture", || {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
+            let texture = device.make_texture(&wgpu::TextureDescriptor {
                 label: Some("picture"),
                 size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
                 mip_level_count: 1,
@@ -192,8 +205,8 @@ impl Target {
                 usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
                 view_formats: &[],
             });
-            let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-            let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            let view = make_view(&texture);
+            let buffer = device.make_buffer(&wgpu::BufferDescriptor {
                 label: Some("picture"),
                 size: u64::from(pitch) * u64::from(height),
                 usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
@@ -211,7 +224,7 @@ impl Target {
         texture: &wgpu::Texture,
     ) -> Result<Vec<u8>, RenderError> {
         guarded(device, "reading back a picture", || {
-            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = device.make_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_texture_to_buffer(
                 texture.as_image_copy(),
                 wgpu::TexelCopyBufferInfo {

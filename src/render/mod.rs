@@ -28,6 +28,7 @@ mod cache;
 mod error;
 mod headless;
 mod mips;
+mod objects;
 mod picture;
 mod pipelines;
 mod program;
@@ -40,6 +41,7 @@ mod uniforms;
 
 pub use error::RenderError;
 pub use headless::Headless;
+pub use objects::ObjectsMade;
 pub use picture::Picture;
 pub use program::{check_shaders, draw_text};
 pub use renderer::{DrawCost, DrawReport, Renderer, RendererOptions};

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::RenderError;
 use super::bindings::{Slot, SlotSet};
 use super::error::guarded;
+use super::objects::Make;
 use super::program::{checked_text, has_values};
 use super::shader::{Variant, sky_text};
 use crate::action::{DepthOffset, Draw};
@@ -127,7 +128,7 @@ impl Pipelines {
                 bind_group_layouts: layouts.get(..used).unwrap_or_default(),
                 immediate_size: 0,
             };
-            (device.create_shader_module(module), device.create_pipeline_layout(&layout))
+            (device.make_shader_module(module), device.make_pipeline_layout(&layout))
         })?;
         let compile = |pass| self.compile(device, &variant, &module, &layout, raster, pass);
         let (pipeline, depth_only) = if variant.effects.transparency {
@@ -150,13 +151,13 @@ impl Pipelines {
         let text = sky_text(self.format)?;
         let made = guarded(device, "compiling a shader", || {
             let source = wgpu::ShaderSource::Wgsl(text.into());
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("sky"), source });
-            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            let module = device.make_shader_module(wgpu::ShaderModuleDescriptor { label: Some("sky"), source });
+            let layout = device.make_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: None,
                 bind_group_layouts: &[Some(&draw_layout)],
                 immediate_size: 0,
             });
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            device.make_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some("sky"),
                 layout: Some(&layout),
                 vertex: wgpu::VertexState {
@@ -288,7 +289,7 @@ impl Pipelines {
             write_mask: if pass == Pass::Depth { wgpu::ColorWrites::empty() } else { wgpu::ColorWrites::ALL },
         };
         guarded(device, "compiling a shader", || {
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            device.make_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some("effects"),
                 layout: Some(layout),
                 vertex: wgpu::VertexState {
@@ -338,5 +339,5 @@ fn bind_group_layout(
     entries: &[wgpu::BindGroupLayoutEntry],
 ) -> Result<wgpu::BindGroupLayout, RenderError> {
     let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(label), entries };
-    guarded(device, "laying out bindings", || device.create_bind_group_layout(&descriptor))
+    guarded(device, "laying out bindings", || device.make_bind_group_layout(&descriptor))
 }

@@ -11,9 +11,10 @@ use super::bindings::{Slot, SlotSet};
 use super::buffers::GrowingBuffer;
 use super::cache::Cache;
 use super::error::guarded;
+use super::objects::Make;
 use super::pipelines::{COLOR_STRIDE, DEPTH_FORMAT, MESH_STRIDE, Pipeline, Pipelines, Raster};
 use super::program::{has_values, whole_text, write_values};
-use super::shader::{Variant, encodes};
+use super::shader::{Variant, encodes, sky_text};
 use super::targets::Targets;
 use super::textures::{Gpu, Textures};
 use super::timer::Timer;
@@ -404,6 +405,19 @@ impl Renderer {
         frame.draws.iter().map(cost).collect()
     }
 
+    /// What the sky of a frame takes, if it has one: a shader and uniforms of its own. A background of one colour takes nothing.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Renderer::costs`].
+    pub fn sky_cost(&self, frame: &Frame) -> Result<Option<DrawCost>, RenderError> {
+        let Some(sky) = &frame.sky else { return Ok(None) };
+        let variant = self.costs(frame)?.iter().map(|cost| cost.variant + 1).max().unwrap_or(0);
+        let shader_bytes = sky_text(self.format)?.len() as u64;
+        let uniform_bytes = uniforms::write_sky(sky, &mut Vec::new());
+        Ok(Some(DrawCost { variant, shader_bytes, uniform_bytes, ..DrawCost::default() }))
+    }
+
     /// Gets or makes all that the draws need but for the frame's own buffers, whose contents are listed.
     fn prepare(&mut self, gpu: Gpu<'_>, frame: &Frame) -> Result<(), RenderError> {
         let scratch = &mut self.scratch;
@@ -541,7 +555,7 @@ impl Renderer {
                 .collect();
             let label = Some("textures of a draw");
             guarded(gpu.device, "binding textures", || {
-                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries: &entries })
+                gpu.device.make_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries: &entries })
             })
         })?;
         Ok(group.clone())
@@ -576,7 +590,7 @@ impl Renderer {
                 size: wgpu::BufferSize::new(size),
             });
             let group = guarded(device, "binding uniforms", || {
-                device.create_bind_group(&wgpu::BindGroupDescriptor {
+                device.make_bind_group(&wgpu::BindGroupDescriptor {
                     label: Some("uniforms of a draw"),
                     layout: &layout,
                     entries: &[wgpu::BindGroupEntry { binding: 0, resource }],
@@ -590,7 +604,7 @@ impl Renderer {
     /// Records and submits the commands. Returns the number of draw calls.
     fn encode(&self, gpu: Gpu<'_>, frame: &Frame, view: &wgpu::TextureView) -> u32 {
         let Some(targets) = &self.targets else { return 0 };
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        let mut encoder = gpu.device.make_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let mut calls = 0;
         {
             let (color_view, resolve_target) = match &targets.color {

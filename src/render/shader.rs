@@ -55,7 +55,8 @@ impl Variant {
             DebugColor::Parts => DebugColor::Plain,
             other => other,
         };
-        let effects = Effects { debug_color, ..effects.reduced() };
+        // And depth is moved by the rasteriser.
+        let effects = Effects { debug_color, polygon_offset: false, ..effects.reduced() };
         // A program whose fragment shader does not count is another one.
         if program.map_or(ShaderUses::default(), |program| program.uses) != effects.shaders {
             return Err(RenderError::Effects("the draw does not have the shaders that its effects ask for"));

@@ -2,6 +2,7 @@
 
 use super::RenderError;
 use super::error::guarded;
+use super::objects::{Make, make_view};
 use super::pipelines::DEPTH_FORMAT;
 
 /// The renderer's own targets for one size of picture.
@@ -35,18 +36,17 @@ impl Targets {
                 usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
                 view_formats: &[],
             };
-            guarded(device, "making the targets of a picture", || device.create_texture(&descriptor))
+            guarded(device, "making the targets of a picture", || device.make_texture(&descriptor))
         };
         let usage = if keep_depth { wgpu::TextureUsages::COPY_SRC } else { wgpu::TextureUsages::empty() };
         let depth = target("depth", DEPTH_FORMAT, usage)?;
         let color = if samples > 1 { Some(target("samples", format, wgpu::TextureUsages::empty())?) } else { None };
-        let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
         let texel = 4 + color.as_ref().map_or(0, |_| format.block_copy_size(None).unwrap_or(4));
         Ok(Self {
             size: [width, height],
-            depth_view: view(&depth),
+            depth_view: make_view(&depth),
             depth,
-            color: color.as_ref().map(view),
+            color: color.as_ref().map(make_view),
             bytes: u64::from(width) * u64::from(height) * u64::from(samples * texel),
         })
     }

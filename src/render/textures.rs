@@ -9,6 +9,7 @@ use super::bindings::Slot;
 use super::cache::{Cache, PATIENCE};
 use super::error::guarded;
 use super::mips::{ColorHalver, Level, full_chain, half_data, half_gradients};
+use super::objects::{Make, make_view};
 use super::shader::Variant;
 use super::uniforms::Factors;
 use crate::action::{ColorMap, Draw, Geometry};
@@ -310,7 +311,7 @@ impl Textures {
                 },
                 ..wgpu::SamplerDescriptor::default()
             };
-            guarded(gpu.device, "making a sampler", || gpu.device.create_sampler(&descriptor))
+            guarded(gpu.device, "making a sampler", || gpu.device.make_sampler(&descriptor))
         })
     }
 
@@ -421,7 +422,7 @@ fn create(
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     };
-    guarded(device, "making a texture", || device.create_texture(&descriptor))
+    guarded(device, "making a texture", || device.make_texture(&descriptor))
 }
 
 fn upload(
@@ -480,7 +481,7 @@ fn finish(texture: &wgpu::Texture, factor: f32) -> Texture {
         .map(|level| texture.size().mip_level_size(level, wgpu::TextureDimension::D2))
         .map(|size| u64::from(size.width) * u64::from(size.height) * u64::from(texel))
         .sum();
-    Texture { view: texture.create_view(&wgpu::TextureViewDescriptor::default()), bytes, factor }
+    Texture { view: make_view(texture), bytes, factor }
 }
 
 /// Gradients at all samples as half floats, and the factor that takes them back to raw units.

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use super::RenderError;
 use super::error::guarded;
+use super::objects::Make;
 
 /// Two timestamps, around the pass.
 #[derive(Debug)]
@@ -26,11 +27,11 @@ impl Timer {
         let buffer = |usage| {
             let usage = wgpu::BufferUsages::COPY_DST | usage;
             let label = Some("timestamps");
-            device.create_buffer(&wgpu::BufferDescriptor { label, size: SIZE, usage, mapped_at_creation: false })
+            device.make_buffer(&wgpu::BufferDescriptor { label, size: SIZE, usage, mapped_at_creation: false })
         };
         guarded(device, "making a timer", || {
             Some(Self {
-                queries: device.create_query_set(&wgpu::QuerySetDescriptor {
+                queries: device.make_query_set(&wgpu::QuerySetDescriptor {
                     label: Some("timestamps"),
                     ty: wgpu::QueryType::Timestamp,
                     count: 2,
