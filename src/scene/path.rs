@@ -109,7 +109,7 @@ impl Path {
 
 /// Where a node stands, in the scene and in its file; for errors. Printed as `file:line:column: path`, without what is not
 /// known.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct NodePlace {
     /// The way to it from the root, as [`Path::names`] has it.
     pub path: Vec<String>,
