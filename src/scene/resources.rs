@@ -19,8 +19,7 @@ pub struct Resources {
     texts: Mutex<HashMap<std::path::PathBuf, Result<Arc<str>, TextError>>>,
     terrains: Mutex<HashMap<TerrainKey, TerrainResult>>,
     meshes: Mutex<HashMap<NodeKey, Vec<(MeshInputs, Made)>>>,
-    /// With a fragment shader, and without.
-    programs: Mutex<HashMap<(NodeKey, bool), (ProgramBasis, Arc<SceneProgram>)>>,
+    programs: Mutex<Programs>,
     version: AtomicU64,
 }
 
@@ -38,6 +37,8 @@ const MESHES: usize = 8;
 
 /// A mesh of a type that its node knows.
 type Made = Result<Arc<dyn Any + Send + Sync>, ShapeError>;
+/// By node, with its fragment shader and without.
+type Programs = HashMap<(NodeKey, bool), (ProgramBasis, Arc<SceneProgram>)>;
 type TerrainResult = Result<Arc<Terrain>, HeightFieldError>;
 
 fn map(image: &Image, void_sample: Option<f64>, holes: bool) -> Result<HeightField, HeightFieldError> {
