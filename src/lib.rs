@@ -76,7 +76,7 @@ pub mod prelude {
     pub use crate::node::{
         Array, ArrayOrigin, Axis, AxisAngle, Background, BaseColor, Binding, BumpMap, Callback, ClipPlane, Color,
         ColorMode, ColorRamp, Complexity, Cone, ConePart, ContourLines, Coordinate3, Cube, Cylinder, CylinderPart,
-        DetailMode, DetailTextures, DirectionalLight, DrawStyle, Environment, EventCallback, FaceSet, FaceType,
+        DetailMode, DetailTextures, DirectionalLight, DrawStyle, Environment, EventCallback, FaceSet, FaceType, File,
         FogType, FragmentShader, Group, IndexedFaceSet, IndexedLineSet, IndexedTriangleStripSet, Info, Label, Length,
         LevelOfDetail, LightModel, LightingModel, LineSet, List, Lod, Material, MaterialBinding, Matrix,
         MatrixTransform, MultipleCopy, Node, Normal, NormalBinding, NormalMap, OrthographicCamera, PerspectiveCamera,

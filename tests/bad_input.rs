@@ -17,7 +17,7 @@ fn mistakes(text: &str) -> Vec<Mistake> {
 
 /// The mistakes of a scene with this root, as `line:column: message`. The root starts at 1:25.
 fn complaints(root: &str) -> Vec<String> {
-    mistakes(&format!("Scene(version: 1, root: {root})")).iter().map(|m| m.line(None)).collect()
+    mistakes(&format!("Scene(version: 1, root: {root})")).iter().map(|m| m.line()).collect()
 }
 
 /// The only mistake, and it stands under the caret line's `^`: a text of two lines per line, the second of them marking.
@@ -325,7 +325,7 @@ fn syntax() {
         ("Scene(version: 1, root: Cube()", "1:31: the file ends too early: a bracket is not closed"),
         ("Scene(version: 1, root: Cube /* a", "1:34: the comment is not closed: `*/` is missing at its end"),
     ] {
-        let found: Vec<String> = mistakes(text).iter().map(|m| m.line(None)).collect();
+        let found: Vec<String> = mistakes(text).iter().map(|m| m.line()).collect();
         assert_eq!(found, [expected], "{text}");
     }
 }
@@ -392,7 +392,7 @@ const TERRAIN: &str = "Separator(children: [TextureUnit(unit: 0), Texture2(filen
 fn missing_image() {
     let (folder, read, checked) = read_with(&[], TERRAIN);
     let expected = format!(
-        "{folder}/scene.ron:1:87: there is no file {folder}/map.png: check the name, it is relative to the scene's folder"
+        "{folder}/scene.ron:1:87: there is no file {folder}/map.png: check the name, it is relative to the folder of the file in which it stands"
     );
     assert_eq!(read.unwrap_err().to_string(), expected);
     assert_eq!(checked.unwrap_err().to_string(), expected);
@@ -580,6 +580,10 @@ fn mutated_scenes_are_read_or_refused() {
             std::fs::write(folder.path().join(file.file_name().unwrap()), b"").unwrap();
         }
     }
+    std::fs::create_dir(folder.path().join("parts")).unwrap();
+    for file in std::fs::read_dir(data("parts")).unwrap().map(|f| f.unwrap().path()) {
+        std::fs::copy(&file, folder.path().join("parts").join(file.file_name().unwrap())).unwrap();
+    }
     let path = folder.path().join("mutated.ron");
     for (number, scene) in scenes.iter().enumerate() {
         let original = std::fs::read(scene).unwrap();
@@ -599,6 +603,7 @@ fn mutated_scenes_are_read_or_refused() {
                     let lines: Vec<usize> =
                         String::from_utf8_lossy(&text).split('\n').map(|line| line.chars().count()).collect();
                     for mistake in mistakes {
+                        assert_eq!(mistake.file.as_ref(), Some(&path), "round {round}: {mistake:?}");
                         let Position { line, column } = mistake.position.unwrap();
                         assert!(line >= 1 && line <= lines.len(), "round {round}: {mistake:?}");
                         assert!(column >= 1 && column <= lines[line - 1] + 1, "round {round}: {mistake:?}");

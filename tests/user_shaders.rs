@@ -10,7 +10,7 @@ use common::gpu::{headless, linear};
 use seamount::action::{Explained, Frame, ShaderOrigin};
 use seamount::prelude::*;
 use seamount::render::{RenderError, check_shaders, draw_text};
-use seamount::scene::Position;
+use seamount::scene::{NodePlace, Position};
 
 const SIZE: [u32; 2] = [72, 60];
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -643,7 +643,7 @@ fn mistakes_are_reported_where_they_stand() {
         let RenderError::UserShader { origin, at, message } = &error else { panic!("{error:?}") };
         assert_eq!((at, message.contains(words)), (&Position { line, column }, true), "{text}: {error}");
         let path = ["Separator", "ShaderProgram[1]", "FragmentShader[0]"].map(str::to_owned).to_vec();
-        assert_eq!(origin, &ShaderOrigin::Node { path, position: None });
+        assert_eq!(origin, &ShaderOrigin::Node(Box::new(NodePlace { path, file: None, position: None })));
     }
     // Two texts, the second of which is wrong.
     let mut b = Build::new();

@@ -5,13 +5,13 @@ use seamount::node::Registry;
 
 /// By family, as in the documentation. A kind that is added is added here.
 const KINDS: [(&str, &str); 3] = [
-    ("group", "Group Separator TransformSeparator Switch Lod LevelOfDetail Array MultipleCopy"),
+    ("group", "Group Separator TransformSeparator Switch Lod LevelOfDetail Array MultipleCopy File"),
     (
         "property",
         "Transform Translation Rotation RotationXyz Scale MatrixTransform ResetTransform Units PerspectiveCamera \
          OrthographicCamera DirectionalLight PointLight SpotLight Environment LightModel Material BaseColor DrawStyle \
          ShapeHints Complexity PickStyle ClipPlane PolygonOffset Texture2 Texture2Transform TextureUnit \
-         TextureCoordinate2 Coordinate3 Normal NormalBinding VertexProperty Callback Info Label ShaderProgram \
+         TextureCoordinate2 Coordinate3 Normal NormalBinding VertexProperty MaterialBinding Callback EventCallback Info Label ShaderProgram \
          VertexShader FragmentShader ShaderParameter",
     ),
     (

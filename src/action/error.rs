@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::{CameraError, RayError, ShaderOrigin};
 use crate::node::FieldProblem;
-use crate::scene::{ImageError, NodeKey, Path, Position, Scene, TextError};
+use crate::scene::{ImageError, NodeKey, NodePlace, Path, Scene, TextError};
 use crate::terrain::{HeightFieldError, ResolutionsError};
 
 /// Why a shape could not be had.
@@ -68,6 +68,12 @@ pub enum ShapeError {
         /// The name.
         name: String,
     },
+    /// A File node does not show the file that it names.
+    #[error("the file \"{name}\" is not loaded: call `format::load_files` after naming a file in code")]
+    NotLoaded {
+        /// Its name in the node.
+        name: String,
+    },
     /// The camera that a shape takes its detail from can not be had.
     #[error("lod_camera: {0}")]
     LodCamera(Box<ActionError>),
@@ -101,14 +107,12 @@ impl From<FieldProblem> for ShapeError {
 #[non_exhaustive]
 pub enum ActionError {
     /// A shape could not be had.
-    #[error("{}{error}", at(path, *position))]
+    #[error("{place}: {error}")]
     Shape {
         /// What is wrong.
         error: ShapeError,
-        /// The node at fault, from the root.
-        path: Vec<String>,
-        /// Where it was written, if it came from a file.
-        position: Option<Position>,
+        /// The node at fault.
+        place: Box<NodePlace>,
     },
     /// There is no camera to look through.
     #[error(
@@ -125,7 +129,7 @@ pub enum ActionError {
         known: String,
     },
     /// The camera can not be used.
-    #[error("{}{error}", at(path, None))]
+    #[error("{}: {error}", path.join("/"))]
     Camera {
         /// What is wrong.
         error: CameraError,
@@ -152,18 +156,9 @@ pub enum ActionError {
     TooLarge,
 }
 
-fn at(path: &[String], position: Option<Position>) -> String {
-    let mut text = position.map_or_else(String::new, |p| format!("{p}: "));
-    if !path.is_empty() {
-        text.push_str(&path.join("/"));
-        text.push_str(": ");
-    }
-    text
-}
-
 impl ActionError {
     pub(crate) fn shape(error: ShapeError, scene: &Scene, path: &Path, culprit: Option<NodeKey>) -> Self {
-        let position = culprit.or_else(|| path.tail()).and_then(|key| scene.position(key));
-        ActionError::Shape { error, path: path.names(scene), position }
+        let key = culprit.or_else(|| path.tail()).unwrap_or(scene.root());
+        ActionError::Shape { error, place: Box::new(NodePlace::new(scene, key, path)) }
     }
 }

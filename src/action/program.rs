@@ -9,7 +9,7 @@ use glam::{Mat3, Mat4};
 use super::frame::ColorMap;
 use super::{DrawContext, ShapeError};
 use crate::node::{ShaderParameter, ShaderSource, ShaderValue, Stage, active_stage, unknown_parameters};
-use crate::scene::{NodeKey, Position, Scene};
+use crate::scene::{NodeKey, NodePlace, Scene};
 
 /// What shaders of a scene's own there are, and what they look at. What they do not look at is not made for them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -58,20 +58,14 @@ pub enum ShaderOrigin {
     /// In a file of its own.
     File(PathBuf),
     /// In a field of a node.
-    Node {
-        /// The node from the root, as in [`ActionError`](super::ActionError).
-        path: Vec<String>,
-        /// Where the node stands in the scene's file, if it came from one.
-        position: Option<Position>,
-    },
+    Node(Box<NodePlace>),
 }
 
 impl std::fmt::Display for ShaderOrigin {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             ShaderOrigin::File(path) => write!(f, "{}", path.display()),
-            ShaderOrigin::Node { path, position: Some(position) } => write!(f, "{position}: {}", path.join("/")),
-            ShaderOrigin::Node { path, position: None } => f.write_str(&path.join("/")),
+            ShaderOrigin::Node(place) => place.fmt(f),
         }
     }
 }
@@ -228,12 +222,12 @@ impl Program {
                     continue;
                 }
                 ShaderSource::File(name) => {
-                    let path = scene.resolve(name);
+                    let path = scene.resolve(child, name);
                     (scene.resources().text(&path)?, ShaderOrigin::File(path))
                 }
                 ShaderSource::Wgsl(text) => {
-                    let (path, position) = (scene.some_path(child).names(scene), scene.position(child));
-                    (text.as_str().into(), ShaderOrigin::Node { path, position })
+                    let place = NodePlace::new(scene, child, &scene.some_path(child));
+                    (text.as_str().into(), ShaderOrigin::Node(Box::new(place)))
                 }
             };
             if stage == Stage::Fragment && !fragments {

@@ -39,7 +39,7 @@ pub enum Interest {
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct SearchAction {
-    /// Nodes with this name.
+    /// Nodes with this name, those that Files show as well.
     pub name: Option<String>,
     /// Nodes of this kind.
     pub kind: Option<String>,
@@ -58,10 +58,11 @@ impl SearchAction {
     ///
     /// Only if the scene is nested too deep or too large to be walked.
     pub fn apply(&self, scene: &Scene) -> Result<Vec<Path>, ActionError> {
-        // Names are unique: a name means a node, and comparing keys is what the walk does fastest.
-        let named = self.name.as_deref().map(|name| scene.find(name));
+        // A name means a node in each file, and comparing keys is what the walk does fastest.
+        let named = self.name.as_deref().map(|name| scene.named(name).collect::<Vec<_>>());
+        let nowhere = named.as_ref().is_some_and(Vec::is_empty);
         let mut search = Search { action: self, scene, named, found: Vec::new() };
-        if named != Some(None) {
+        if !nowhere {
             walk(scene, if self.hidden { Branches::All } else { Branches::Possible }, &mut search)?;
         }
         Ok(search.found)
@@ -71,8 +72,8 @@ impl SearchAction {
 struct Search<'s> {
     action: &'s SearchAction,
     scene: &'s Scene,
-    /// The node with the name asked for.
-    named: Option<Option<NodeKey>>,
+    /// The nodes with the name asked for.
+    named: Option<Vec<NodeKey>>,
     found: Vec<Path>,
 }
 
@@ -84,7 +85,7 @@ impl Visitor for Search<'_> {
     fn enter(&mut self, path: &Path, _: &Arc<State>) -> Result<Go, ActionError> {
         let Some(key) = path.tail() else { return Ok(Go::On) };
         let SearchAction { kind, node, interest, .. } = self.action;
-        let matches = self.named.is_none_or(|named| named == Some(key))
+        let matches = self.named.as_ref().is_none_or(|named| named.contains(&key))
             && node.is_none_or(|node| node == key)
             && kind.as_deref().is_none_or(|kind| self.scene.node(key).is_some_and(|n| n.info().kind == kind))
             && self.found.last() != Some(path);

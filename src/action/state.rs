@@ -396,7 +396,7 @@ impl Program {
         match error {
             ShapeError::Text(error) => scene.children(program).iter().copied().find(|&stage| {
                 let source = active_stage(scene, stage).map(|(_, source)| source);
-                matches!(source, Some(ShaderSource::File(name)) if scene.resolve(name) == error.path())
+                matches!(source, Some(ShaderSource::File(name)) if scene.resolve(stage, name) == error.path())
             }),
             ShapeError::ParameterTwice { .. } | ShapeError::NoParameter { .. } => Some(program),
             _ => None,

@@ -135,6 +135,8 @@ pub(crate) fn walk_from(
                         path.pop();
                     }
                     Some(Role::Group(group)) => {
+                        let cx = GroupContext { scene, key, path: &path, entry: None, switch: state.switch, branches };
+                        group.ready(&cx).map_err(|error| ActionError::shape(error, scene, &path, None))?;
                         let saved = (group.restores() != Restores::Nothing).then(|| Arc::clone(&state));
                         stack.push(Level { group, key, step: 0, saved, switch: state.switch });
                     }

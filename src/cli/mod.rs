@@ -162,7 +162,10 @@ fn is_map(path: &Path) -> bool {
 fn in_file(path: &Path) -> impl Fn(ActionError) -> Failure + Sync {
     let path = path.to_owned();
     move |error| match &error {
-        ActionError::Shape { position: Some(_), .. } => Failure::Error(format!("{}:{error}", path.display())),
+        ActionError::Shape { place, .. } if place.file.is_some() => Failure::Error(error.to_string()),
+        ActionError::Shape { place, .. } if place.position.is_some() => {
+            Failure::Error(format!("{}:{error}", path.display()))
+        }
         _ => Failure::Error(format!("{}: {error}", path.display())),
     }
 }

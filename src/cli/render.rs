@@ -148,10 +148,10 @@ fn decode(scene: &Scene, progress: &mut Progress) {
     while let Some(key) = pending.pop() {
         pending.extend(scene.children(key).iter().rev().filter(|&&child| seen.insert(child)));
         let Some(texture) = scene.get::<Texture2>(key) else { continue };
-        if texture.image.is_some() || texture.filename.is_empty() || !files.insert(&texture.filename) {
+        let path = scene.resolve(key, &texture.filename);
+        if texture.image.is_some() || texture.filename.is_empty() || !files.insert(path.clone()) {
             continue;
         }
-        let path = scene.resolve(&texture.filename);
         progress.step(&format!("decoding {}", path.display()));
         // A broken image that nobody needs is no reason to fail; who needs it will say where.
         let _ = scene.resources().image(&path);

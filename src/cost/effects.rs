@@ -345,7 +345,7 @@ fn fragment_shader(draw: &mut Draw) {
 }
 
 fn shader(draw: &mut Draw, text: &str, uses: ShaderUses) {
-    let origin = ShaderOrigin::Node { path: Vec::new(), position: None };
+    let origin = ShaderOrigin::Node(Box::default());
     let texts = vec![ShaderText { text: text.into(), origin }];
     draw.effects.shaders = uses;
     draw.program = Some(Arc::new(DrawProgram {

@@ -28,20 +28,23 @@ pub fn check(path: impl AsRef<FilePath>, registry: &Registry) -> Result<usize, R
     let mut check = Check { scene: &read.scene, fields, mistakes: Vec::new(), seen: HashSet::new(), left: MOST };
     if let Err(error) = walk(&read.scene, Branches::Possible, &mut check) {
         let problem = Problem::Shape(ShapeError::Other(error.to_string()));
-        check.mistakes.push(Mistake { position: None, problem, path_in_tree: Vec::new() });
+        let file = Some(path.to_owned());
+        check.mistakes.push((0, Mistake { file, position: None, problem, path_in_tree: Vec::new() }));
     }
     let mut mistakes = check.mistakes;
     if mistakes.is_empty() {
         return Ok(read.scene.len());
     }
-    mistakes.sort_by_key(|m| m.position);
+    mistakes.sort_by_key(|(file, mistake)| (*file, mistake.position));
+    let mistakes = mistakes.into_iter().map(|(_, mistake)| mistake).collect();
     Err(ReadError::Mistakes { path: Some(path.to_owned()), mistakes })
 }
 
 struct Check<'r> {
     scene: &'r Scene,
     fields: HashMap<(NodeKey, &'static str), Position>,
-    mistakes: Vec<Mistake>,
+    /// With the numbers of their files.
+    mistakes: Vec<(usize, Mistake)>,
     /// What was complained about, by the node at fault.
     seen: HashSet<(NodeKey, String)>,
     left: usize,
@@ -53,7 +56,9 @@ impl Check<'_> {
         if self.seen.insert((key, problem.to_string())) {
             let position = field.and_then(|field| self.fields.get(&(key, field)).copied());
             let position = position.or_else(|| self.scene.position(key));
-            self.mistakes.push(Mistake { position, problem, path_in_tree: path.names(self.scene) });
+            let file = self.scene.file(key).map(FilePath::to_owned);
+            let mistake = Mistake { file, position, problem, path_in_tree: path.names(self.scene) };
+            self.mistakes.push((self.scene.file_number(key).unwrap_or(0), mistake));
         }
     }
 }
@@ -64,7 +69,7 @@ impl Visitor for Check<'_> {
         if let Some(key) = path.tail()
             && let Some(texture) = scene.get::<Texture2>(key)
             && !texture.filename.is_empty()
-            && let Err(error) = scene.resources().image(&scene.resolve(&texture.filename))
+            && let Err(error) = scene.resources().image(&scene.resolve(key, &texture.filename))
         {
             self.mistake(key, Some("filename"), Problem::Image(error), path);
         }

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::action::ShapeError;
 use crate::output::OutputError;
-use crate::scene::{EditError, ImageError, Position};
+use crate::scene::{EditError, ImageError, Position, TextError};
 
 /// Why a scene could not be read.
 #[derive(Debug, Error)]
@@ -28,11 +28,11 @@ pub enum ReadError {
     },
     /// The file is not as it should be: the first mistake of syntax, or all mistakes of meaning. Printed one per line as
     /// `path:line:column: message`.
-    #[error("{}", report(path.as_deref(), mistakes))]
+    #[error("{}", report(mistakes))]
     Mistakes {
-        /// The file, if the text came from one.
+        /// The file, if the text came from one. Mistakes may stand in others that it shows.
         path: Option<PathBuf>,
-        /// What is wrong, in the order of the file. Never empty.
+        /// What is wrong, file by file in the order of each. Never empty.
         mistakes: Vec<Mistake>,
     },
 }
@@ -57,18 +57,20 @@ impl ReadError {
     }
 }
 
-fn report(path: Option<&Path>, mistakes: &[Mistake]) -> String {
-    mistakes.iter().map(|m| m.line(path)).collect::<Vec<_>>().join("\n")
+fn report(mistakes: &[Mistake]) -> String {
+    mistakes.iter().map(Mistake::line).collect::<Vec<_>>().join("\n")
 }
 
 /// One thing that is wrong, and where.
 #[derive(Debug, Clone)]
 pub struct Mistake {
+    /// The file, if the text came from one.
+    pub file: Option<PathBuf>,
     /// Line and column; `None` only for what stands in no text.
     pub position: Option<Position>,
     /// What is wrong.
     pub problem: Problem,
-    /// The node at fault from the root: its name where it has one, else kind and child index as `Separator[2]`. Empty
+    /// The node at fault from the root, of the file if it could not be read: its name where it has one, else kind and child index as `Separator[2]`. Empty
     /// outside of all nodes.
     pub path_in_tree: Vec<String>,
 }
@@ -76,8 +78,8 @@ pub struct Mistake {
 impl Mistake {
     /// The mistake as `path:line:column: message`, without what is not known.
     #[must_use]
-    pub fn line(&self, path: Option<&Path>) -> String {
-        let path = path.map_or_else(String::new, |p| format!("{}:", p.display()));
+    pub fn line(&self) -> String {
+        let path = self.file.as_deref().map_or_else(String::new, |p| format!("{}:", p.display()));
         match self.position {
             Some(position) => format!("{path}{position}: {}", self.problem),
             None if path.is_empty() => self.problem.to_string(),
@@ -249,6 +251,19 @@ pub enum Problem {
     /// A shape can not be had.
     #[error(transparent)]
     Shape(ShapeError),
+    /// A file that is to be shown is missing or no text.
+    #[error(transparent)]
+    File(TextError),
+    /// A file shows itself.
+    #[error("a file can not be in itself: {}; take one of these Files away", chain_of(chain))]
+    FileCycle {
+        /// The files on the way, each of which names the next; the first is the last.
+        chain: Vec<PathBuf>,
+    },
+}
+
+fn chain_of(files: &[PathBuf]) -> String {
+    files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(" names ")
 }
 
 fn did_you_mean(nearest: Option<&str>, quote: char) -> String {

@@ -12,8 +12,8 @@
 //! Kinds and their fields are those of a [`Registry`](crate::node::Registry); this module knows none of them by itself.
 //! Children stand in the list that the kind names: `children` for groups, `shader_object` for a ShaderProgram,
 //! `parameter` for its stages. Values are RON; `Some` may be left out. A comma may follow the last of a list. Comments are
-//! `// …` and `/* … */`. A mistake of syntax ends the reading; mistakes of meaning are collected, so that one reading
-//! tells all of them.
+//! `// …` and `/* … */`. A [`File`](crate::node::File) shows another scene file in place. A mistake of syntax ends the reading;
+//! mistakes of meaning are collected, so that one reading tells all of them.
 //!
 //! # Example
 //!
@@ -42,6 +42,7 @@
 
 mod check;
 mod error;
+mod files;
 mod map;
 mod read;
 mod reader;
@@ -54,6 +55,7 @@ mod write;
 pub use crate::output::{OutputError, check_target, write_file};
 pub use check::check;
 pub use error::{Mistake, Problem, ReadError, WriteError};
+pub use files::load_files;
 pub use map::{MapError, scene_of_map};
 pub use read::{parse, read_scene, read_scene_with};
 pub use reference::{describe, describe_node, plain};

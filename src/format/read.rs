@@ -2,15 +2,16 @@
 
 use std::path::Path;
 
-use super::error::{Mistake, Problem, ReadError};
+use super::error::{Mistake, ReadError};
+use super::files::{self, decode};
 use super::reader::{FieldPosition, Reader};
-use super::text::Places;
 use crate::node::Registry;
 use crate::scene::Scene;
 
 /// Reads the scene in a file, with the nodes of this crate.
 ///
-/// Image files that the scene names have to exist; they are decoded when an action needs them.
+/// Image files that the scene names have to exist; they are decoded when an action needs them. Scene files that it shows by
+/// [`File`](crate::node::File) nodes are read with it.
 ///
 /// # Errors
 ///
@@ -36,7 +37,8 @@ pub fn read_scene_with(path: impl AsRef<Path>, registry: &Registry) -> Result<Sc
     read_file(path.as_ref(), registry).map(|read| read.scene)
 }
 
-/// The scene in a text. File names in it are not looked at: there is no folder that they are relative to.
+/// The scene in a text. File names in it are not looked at: there is no folder that they are relative to. Say what it is by
+/// [`Scene::set_source`], and read the scene files that are named by [`load_files`](super::load_files).
 ///
 /// # Errors
 ///
@@ -91,31 +93,21 @@ pub(super) fn read_file(path: &Path, registry: &Registry) -> Result<Read, ReadEr
         std::io::ErrorKind::NotFound => ReadError::Missing { path: path.to_owned() },
         _ => ReadError::Unreadable { path: path.to_owned(), error },
     })?;
-    let mistakes = |mistakes| ReadError::Mistakes { path: Some(path.to_owned()), mistakes };
+    let mistakes = |mistakes: Vec<Mistake>| {
+        let in_file = |mistake: Mistake| Mistake { file: mistake.file.or_else(|| Some(path.to_owned())), ..mistake };
+        ReadError::Mistakes { path: Some(path.to_owned()), mistakes: mistakes.into_iter().map(in_file).collect() }
+    };
     let text = decode(&bytes).map_err(|mistake| mistakes(vec![*mistake]))?;
     let mut scene = Scene::new();
     scene.set_source(path);
-    read_text(text, registry, scene).map_err(mistakes)
-}
-
-/// The text in a file, without a byte order mark.
-fn decode(bytes: &[u8]) -> Result<&str, Box<Mistake>> {
-    let text = match std::str::from_utf8(bytes) {
-        Ok(text) => text,
-        Err(error) => {
-            let (good, bad) = bytes.split_at(error.valid_up_to());
-            let good = std::str::from_utf8(good).unwrap_or_default();
-            let problem = Problem::NotUtf8 { byte: bad.first().copied().unwrap_or_default() };
-            let position = Some(Places::new(good).position(good.len()));
-            return Err(Box::new(Mistake { position, problem, path_in_tree: Vec::new() }));
-        }
-    };
-    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
+    let mut read = read_text(text, registry, scene).map_err(mistakes)?;
+    files::load(&mut read.scene, registry, &mut read.fields).map_err(mistakes)?;
+    Ok(read)
 }
 
 fn read_text(text: &str, registry: &Registry, mut scene: Scene) -> Result<Read, Vec<Mistake>> {
     let empty = scene.root();
-    let (root, fields) = Reader::new(text, registry, &mut scene).read()?;
+    let (root, fields) = Reader::new(text, registry, &mut scene, 0).read()?;
     // Both keys are of this scene: these edits can not fail.
     if scene.set_root(root).is_ok() && empty != root {
         let _ = scene.remove(empty);

@@ -140,6 +140,8 @@ pub(super) struct Reader<'t, 'r> {
     places: Places<'t>,
     registry: &'r Registry,
     scene: &'r mut Scene,
+    /// Number of the file in the scene.
+    file: usize,
     fields: Vec<FieldPosition>,
     names: HashMap<Cow<'t, str>, Defined>,
     early: Vec<Early<'t>>,
@@ -150,13 +152,14 @@ pub(super) struct Reader<'t, 'r> {
 }
 
 impl<'t, 'r> Reader<'t, 'r> {
-    pub(super) fn new(text: &'t str, registry: &'r Registry, scene: &'r mut Scene) -> Self {
+    pub(super) fn new(text: &'t str, registry: &'r Registry, scene: &'r mut Scene, file: usize) -> Self {
         Self {
             text,
             at: 0,
             places: Places::new(text),
             registry,
             scene,
+            file,
             fields: Vec::new(),
             names: HashMap::new(),
             early: Vec::new(),
@@ -168,7 +171,7 @@ impl<'t, 'r> Reader<'t, 'r> {
     }
 
     /// Reads the text: its root, which has no parent yet, and where fields stand. Nodes that were made stay in the scene
-    /// whether there are mistakes or not.
+    /// whether there are mistakes or not. Which file mistakes are in is left to who knows it.
     pub(super) fn read(mut self) -> Result<(NodeKey, Vec<FieldPosition>), Vec<Mistake>> {
         let root = match self.scene() {
             Ok(root) => root,
@@ -184,7 +187,8 @@ impl<'t, 'r> Reader<'t, 'r> {
                     Problem::UnknownUse { name: name.into_owned(), nearest }
                 }
             };
-            self.mistakes.push(Mistake { position: Some(self.places.position(at)), problem, path_in_tree: path });
+            let position = Some(self.places.position(at));
+            self.mistakes.push(Mistake { file: None, position, problem, path_in_tree: path });
         }
         match root {
             Some(root) if self.mistakes.is_empty() => Ok((root, self.fields)),
@@ -205,7 +209,7 @@ impl<'t, 'r> Reader<'t, 'r> {
             }
             None => Problem::Syntax("the file ends too early: a bracket is not closed".to_owned()),
         };
-        Mistake { position: Some(self.places.position(at)), problem, path_in_tree: self.path() }
+        Mistake { file: None, position: Some(self.places.position(at)), problem, path_in_tree: self.path() }
     }
 
     /// The way to the node that is being read.
@@ -220,7 +224,7 @@ impl<'t, 'r> Reader<'t, 'r> {
 
     fn mistake_at(&mut self, position: Position, problem: Problem) {
         let path_in_tree = self.path();
-        self.mistakes.push(Mistake { position: Some(position), problem, path_in_tree });
+        self.mistakes.push(Mistake { file: None, position: Some(position), problem, path_in_tree });
     }
 
     fn mistake(&mut self, at: usize, problem: Problem) {
@@ -606,7 +610,7 @@ impl<'t, 'r> Reader<'t, 'r> {
                 let place = place.map_or(at, |given| given.value);
                 self.mistake(place, Problem::Field { field: problem.field, message: problem.message });
             }
-            let key = self.scene.insert_boxed(node);
+            let key = self.scene.insert_of(self.file, node);
             self.scene.set_position(key, self.places.position(at));
             // A node that can not have children was told so once, not for each child.
             let list = if takes_children { own_children } else { self.children.len() };
@@ -750,9 +754,9 @@ fn field_names(info: &NodeInfo) -> Vec<&'static str> {
 
 /// Why the file that a node names can not be had, as far as can be told without opening it, and the field that names it.
 fn missing_file(scene: &Scene, key: NodeKey) -> Option<(&'static str, Problem)> {
-    scene.source()?;
+    scene.file(key)?;
     if let Some((_, ShaderSource::File(name))) = active_stage(scene, key) {
-        let path = scene.resolve(name);
+        let path = scene.resolve(key, name);
         let error = std::fs::metadata(&path).err()?;
         return Some(("source_program", Problem::Shape(TextError::of(&path, error).into())));
     }
@@ -760,7 +764,7 @@ fn missing_file(scene: &Scene, key: NodeKey) -> Option<(&'static str, Problem)> 
     if filename.is_empty() {
         return None;
     }
-    let path = scene.resolve(filename);
+    let path = scene.resolve(key, filename);
     let error = std::fs::metadata(&path).err()?;
     let error = match error.kind() {
         std::io::ErrorKind::NotFound => ImageError::Missing { path },

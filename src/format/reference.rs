@@ -38,6 +38,8 @@ node  = Kind(field: value, …, children: [node, …])      // Kind alone is Kin
 - **Children** stand in the list that the kind names: `children` for groups, other names where only some kinds can stand.
 - **Sharing**: `Use` means the very node that has the name, not a copy: what changes in one place changes in all. A name is given
   once, before it is used, and a node can not contain itself.
+- **Files**: a File shows another scene file in place. Names of nodes are those of one file, and `Use` finds no others; relative
+  names of files are relative to the folder of the file in which they stand.
 - **Order** counts: the walk goes depth first from left to right, and a property acts on what follows it, up to the end of the
   nearest Separator.
 - **Comments** are `// …` and `/* … */`; a comma may follow the last of a list.

@@ -17,7 +17,7 @@ const WIDTH: usize = 120;
 ///
 /// Written is what can be reached from the root, with the fields that differ from their defaults. Nodes that occur more
 /// than once are written once, with `Def`, and named by `Use` afterwards; those without a name get one (`shared_1`, …),
-/// which they keep when read. File names are written as they are.
+/// which they keep when read. File names are written as they are, and what a [`File`](crate::node::File) shows is left to its file.
 ///
 /// # Errors
 ///
@@ -90,7 +90,9 @@ fn names(scene: &Scene) -> SecondaryMap<NodeKey, String> {
     // its places; what is below it is looked at once.
     while let Some(key) = pending.pop() {
         if seen.insert(key, ()).is_none() {
-            pending.extend(scene.children(key).iter().rev());
+            // What a File shows are no children of its own.
+            let has_own = scene.node(key).is_some_and(|node| node.info().children.is_some());
+            pending.extend(scene.children(key).iter().rev().filter(|_| has_own));
         } else if scene.name(key).is_none() && !names.contains_key(key) {
             let name = loop {
                 last += 1;

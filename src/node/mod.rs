@@ -28,6 +28,7 @@ mod event_callback;
 mod face_mesh;
 mod face_sets;
 mod field;
+mod file;
 mod geometry;
 mod group;
 mod info;
@@ -74,6 +75,7 @@ pub use event_callback::{EventCallback, EventFunction};
 pub(crate) use face_mesh::MeshInputs;
 pub use face_sets::{FaceSet, IndexedFaceSet, IndexedTriangleStripSet, QuadMesh, TriangleStripSet};
 pub use field::{AxisAngle, Color, FieldError, FieldValue, List, Matrix, Plane};
+pub use file::File;
 pub use geometry::{
     Binding, Coordinate3, FaceType, Normal, NormalBinding, ShapeHints, ShapeType, TextureCoordinate2, VertexOrdering,
     VertexProperty,
@@ -280,6 +282,16 @@ pub trait GroupNode: Node {
     fn child_at(&self, step: usize, cx: &GroupContext<'_>, state: &mut Arc<State>) -> Option<usize> {
         let _ = state;
         (step < cx.children()).then_some(step)
+    }
+
+    /// Whether its children are what it shows.
+    ///
+    /// # Errors
+    ///
+    /// Ends the action with this error.
+    fn ready(&self, cx: &GroupContext<'_>) -> Result<(), ShapeError> {
+        let _ = cx;
+        Ok(())
     }
 
     /// What of the state is afterwards what it was before.

@@ -41,6 +41,7 @@ const BUILT_IN: &[&NodeInfo] = &[
     super::Environment::INFO,
     super::EventCallback::INFO,
     super::FaceSet::INFO,
+    super::File::INFO,
     super::FragmentShader::INFO,
     super::Group::INFO,
     super::IndexedFaceSet::INFO,

@@ -10,7 +10,7 @@ pub enum ShaderSource {
     /// No text: the built-in shader.
     #[default]
     BuiltIn,
-    /// A file of WGSL; its name is relative to the folder of the scene's file.
+    /// A file of WGSL; its name is relative to the folder of the file in which it stands.
     File(String),
     /// The WGSL itself.
     Wgsl(String),

@@ -49,7 +49,7 @@ crate::define_node! {
     /// Texture2(filename: "map.png")
     /// ```
     pub struct Texture2: property {
-        /// File name, relative to the folder of the scene's file. PNG, JPEG, TIFF or PNM. Empty takes the texture away.
+        /// File name, relative to the folder of the file in which it stands. PNG, JPEG, TIFF or PNM. Empty takes the texture away.
         pub filename: String = String::new(),
         /// What is shown beyond the left and right border.
         pub wrap_s: Wrap = Wrap::Repeat,
@@ -94,7 +94,7 @@ impl PropertyNode for Texture2 {
         let source = match &self.image {
             Some(image) => Some(TextureSource::Memory(Arc::clone(&image.0))),
             None if self.filename.is_empty() => None,
-            None => Some(TextureSource::File(cx.scene.resolve(&self.filename))),
+            None => Some(TextureSource::File(cx.scene.resolve(cx.key, &self.filename))),
         };
         state.set_texture(source, [self.wrap_s, self.wrap_t], cx);
     }

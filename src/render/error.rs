@@ -104,7 +104,7 @@ fn no_adapter(wanted: Option<&str>, found: &[String]) -> String {
 fn user_shader(origin: &ShaderOrigin, at: Position, message: &str) -> String {
     match origin {
         ShaderOrigin::File(path) => format!("{}:{at}: {message}", path.display()),
-        ShaderOrigin::Node { .. } => {
+        ShaderOrigin::Node(_) => {
             let Position { line, column } = at;
             format!("{origin}: `source_program`, line {line}, column {column}: {message}")
         }

@@ -14,7 +14,7 @@ use crate::terrain::{HeightField, HeightFieldError, SampleRect, Samples, Voids};
 #[non_exhaustive]
 pub enum ImageError {
     /// There is no such file.
-    #[error("there is no file {path}: check the name, it is relative to the scene's folder", path = path.display())]
+    #[error("there is no file {path}: check the name, it is relative to the folder of the file in which it stands", path = path.display())]
     Missing {
         /// The path that was tried.
         path: PathBuf,

@@ -4,6 +4,7 @@
 //! have several parents. Edits keep the graph a directed acyclic graph whose inner nodes are groups; each edit raises
 //! the version of what it changed, so that whatever was derived can tell whether it is current.
 
+mod files;
 mod image;
 mod path;
 mod resources;
@@ -11,7 +12,7 @@ mod sensor;
 mod text;
 
 use std::any::Any;
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::{HashMap, VecDeque};
 use std::ops::{Deref, DerefMut};
 use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
@@ -20,12 +21,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use slotmap::SlotMap;
 use thiserror::Error;
 
+pub(crate) use files::Shown;
 pub use image::{Image, ImageError, Pixels};
-pub use path::Path;
+pub use path::{NodePlace, Path};
 pub use resources::Resources;
 pub use sensor::{Sensor, Watched};
 pub use text::TextError;
 
+use self::files::Files;
 use crate::action::{Index, IndexCache};
 use crate::node::{ImageRef, Node, Role, Separator, Texture2};
 use crate::terrain::SampleRect;
@@ -69,9 +72,12 @@ pub enum EditError {
         /// Number of children there are.
         count: usize,
     },
-    /// Another node has this name.
+    /// Another node of the same file has this name.
     #[error("the name \"{0}\" is taken by another node")]
     NameTaken(String),
+    /// What a File shows and the scene around it are two files, whatever else they are.
+    #[error("the nodes belong to different files: what a File shows can not stand elsewhere, only the File can")]
+    OtherFile,
     /// The root has to stay.
     #[error("the root can not be removed")]
     Root,
@@ -117,6 +123,8 @@ struct Slot {
     version: u64,
     /// Version of the newest change at or below this node.
     subtree_version: u64,
+    /// Number of the file that it belongs to; 0 is the scene's own.
+    file: usize,
     position: Option<Position>,
 }
 
@@ -152,10 +160,9 @@ pub struct Scene {
     id: u64,
     slots: SlotMap<NodeKey, Slot>,
     root: NodeKey,
-    names: HashMap<String, NodeKey>,
+    files: Files,
     version: u64,
     resources: Resources,
-    source: Option<PathBuf>,
     /// The last edits: what was edited, and the version that came of it.
     edits: VecDeque<(u64, NodeKey)>,
     /// All edits that gave a later version are in `edits`.
@@ -191,10 +198,9 @@ impl Scene {
             id,
             slots,
             root,
-            names: HashMap::new(),
+            files: Files::default(),
             version: 1,
             resources: Resources::default(),
-            source: None,
             edits: VecDeque::with_capacity(EDITS),
             edits_from: 1,
             index: IndexCache::default(),
@@ -211,9 +217,11 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`EditError::Removed`] if the key names no node.
+    /// When the key names no node, or one that a File shows.
     pub fn set_root(&mut self, key: NodeKey) -> Result<(), EditError> {
-        self.slot(key)?;
+        if self.slot(key)?.file != 0 {
+            return Err(EditError::OtherFile);
+        }
         self.root = key;
         self.version += 1;
         self.edits_from = self.version;
@@ -253,23 +261,14 @@ impl Scene {
     /// The file that the scene was read from. File names in the scene are relative to its folder.
     #[must_use]
     pub fn source(&self) -> Option<&FilePath> {
-        self.source.as_deref()
+        self.files.path(0)
     }
 
     /// Says which file the scene belongs to; file names in the scene are relative to its folder.
     pub fn set_source(&mut self, path: impl Into<PathBuf>) {
-        self.source = Some(path.into());
+        self.files.set_path(path.into());
         self.version += 1;
         self.edits_from = self.version;
-    }
-
-    /// A file name of the scene as a path that can be opened: relative names are relative to the scene's file.
-    #[must_use]
-    pub fn resolve(&self, filename: &str) -> PathBuf {
-        match self.source.as_deref().and_then(FilePath::parent) {
-            Some(folder) => folder.join(filename),
-            None => PathBuf::from(filename),
-        }
     }
 
     fn slot(&self, key: NodeKey) -> Result<&Slot, EditError> {
@@ -283,21 +282,27 @@ impl Scene {
 
     /// [`Scene::insert`] for a node whose type is not known.
     pub fn insert_boxed(&mut self, node: Box<dyn Node>) -> NodeKey {
+        self.insert_of(0, node)
+    }
+
+    /// Puts a node of a file into the scene.
+    pub(crate) fn insert_of(&mut self, file: usize, node: Box<dyn Node>) -> NodeKey {
         self.version += 1;
         let mut slot = Slot::new(node);
+        slot.file = file;
         slot.version = self.version;
         slot.subtree_version = self.version;
         self.slots.insert(slot)
     }
 
-    /// Puts a node into the scene as the last child of `parent`.
+    /// Puts a node into the scene as the last child of `parent`, and into the same file.
     ///
     /// # Errors
     ///
     /// As for [`Scene::insert_child`].
     pub fn add(&mut self, parent: NodeKey, node: impl Node) -> Result<NodeKey, EditError> {
         self.check_child(parent, &node)?;
-        let key = self.insert(node);
+        let key = self.insert_of(self.slot(parent)?.file, Box::new(node));
         self.add_child(parent, key)?;
         Ok(key)
     }
@@ -316,11 +321,15 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// When a key names no node, `parent` is not a group that takes such a child, `index` is beyond the children, or
-    /// `child` contains `parent`.
+    /// When a key names no node, `parent` is not a group that takes such a child, only one of them is shown by a File, `index`
+    /// is beyond the children, or `child` contains `parent`.
     pub fn insert_child(&mut self, parent: NodeKey, index: usize, child: NodeKey) -> Result<(), EditError> {
         self.check_child(parent, self.slot(child)?.node.as_ref())?;
-        let count = self.slot(parent)?.children.len();
+        let slot = self.slot(parent)?;
+        if slot.file != self.slot(child)?.file {
+            return Err(EditError::OtherFile);
+        }
+        let count = slot.children.len();
         if index > count {
             return Err(EditError::NoSuchChild { index, count });
         }
@@ -350,17 +359,30 @@ impl Scene {
     /// Whether `ancestor` is `node` or contains it. Climbs from `node`, so the cost is that of its ancestors.
     #[must_use]
     pub fn contains(&self, ancestor: NodeKey, node: NodeKey) -> bool {
-        let mut seen = HashSet::new();
+        self.way(ancestor, node).is_some()
+    }
+
+    /// The nodes from `ancestor` down to `node` on one of the ways; `None` if there is none.
+    fn way(&self, ancestor: NodeKey, node: NodeKey) -> Option<Vec<NodeKey>> {
+        // The node below each on the way that it was found by.
+        let mut below: HashMap<NodeKey, NodeKey> = HashMap::new();
         let mut pending = vec![node];
         while let Some(key) = pending.pop() {
             if key == ancestor {
-                return true;
+                let mut way = vec![key];
+                while let Some(&next) = way.last().and_then(|last| below.get(last)) {
+                    way.push(next);
+                }
+                return Some(way);
             }
-            if let Some(slot) = self.slots.get(key) {
-                pending.extend(slot.parents.iter().copied().filter(|&p| seen.insert(p)));
+            for &parent in self.parents(key) {
+                below.entry(parent).or_insert_with(|| {
+                    pending.push(parent);
+                    key
+                });
             }
         }
-        false
+        None
     }
 
     /// Takes child number `index` from `parent` and returns its key. The node stays in the scene.
@@ -410,7 +432,7 @@ impl Scene {
             }
         }
         if let Some(name) = slot.name {
-            self.names.remove(&name);
+            self.files.names_mut(slot.file).remove(&name);
         }
         self.resources.forget_node(key);
         Ok(slot.node)
@@ -474,7 +496,7 @@ impl Scene {
         let image = match &node.image {
             Some(image) => Arc::clone(&image.0),
             None if node.filename.is_empty() => return Err(SetHeightsError::NoImage),
-            None => self.resources.image(&self.resolve(&node.filename))?,
+            None => self.resources.image(&self.resolve(texture, &node.filename))?,
         };
         // A file is still there for all who name it.
         let (before, from_file) = (image.id(), node.image.is_none());
@@ -587,16 +609,17 @@ impl Scene {
         self.slots.get(key)?.name.as_deref()
     }
 
-    /// The node with this name.
+    /// The node with this name. What a File shows has names of its own, which a [`SearchAction`](crate::action::SearchAction)
+    /// finds.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<NodeKey> {
-        self.names.get(name).copied()
+        self.files.names(0).get(name).copied()
     }
 
-    /// All names, in alphabetical order.
+    /// All names that [`Scene::find`] knows, in alphabetical order.
     #[must_use]
     pub fn names(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = self.names.keys().map(String::as_str).collect();
+        let mut names: Vec<&str> = self.files.names(0).keys().map(String::as_str).collect();
         names.sort_unstable();
         names
     }
@@ -605,25 +628,26 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// When the key names no node or another node has this name.
+    /// When the key names no node or another node of the same file has this name.
     pub fn set_name(&mut self, key: NodeKey, name: impl Into<String>) -> Result<(), EditError> {
         let name = name.into();
-        self.slot(key)?;
-        match self.names.get(&name) {
+        let file = self.slot(key)?.file;
+        let names = self.files.names_mut(file);
+        match names.get(&name) {
             Some(&other) if other != key => return Err(EditError::NameTaken(name)),
             _ => {}
         }
-        self.names.insert(name.clone(), key);
+        names.insert(name.clone(), key);
         if let Some(old) = self.slots[key].name.replace(name.clone())
             && old != name
         {
-            self.names.remove(&old);
+            names.remove(&old);
         }
         self.touch(key);
         Ok(())
     }
 
-    /// Where the node was written in the scene's file.
+    /// Where the node was written in its file; see [`Scene::file`].
     #[must_use]
     pub fn position(&self, key: NodeKey) -> Option<Position> {
         self.slots.get(key)?.position
@@ -649,6 +673,7 @@ impl Slot {
             name: None,
             version: 0,
             subtree_version: 0,
+            file: 0,
             position: None,
         }
     }

@@ -1,6 +1,9 @@
 //! One occurrence of a node: the way to it from the root.
 
-use super::{NodeKey, Scene};
+use std::fmt;
+use std::path::{Path as FilePath, PathBuf};
+
+use super::{NodeKey, Position, Scene};
 
 /// The nodes from the root to one occurrence of a node, with the index of each among its parent's children.
 ///
@@ -101,5 +104,37 @@ impl Path {
                 }
             })
             .collect()
+    }
+}
+
+/// Where a node stands, in the scene and in its file; for errors. Printed as `file:line:column: path`, without what is not
+/// known.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct NodePlace {
+    /// The way to it from the root, as [`Path::names`] has it.
+    pub path: Vec<String>,
+    /// The file that it belongs to, if a File shows it; otherwise that of the scene is meant.
+    pub file: Option<PathBuf>,
+    /// Where it was written, if it came from a file.
+    pub position: Option<Position>,
+}
+
+impl NodePlace {
+    /// The place of a node that an error is about, with the way to the shape that could not be had for it.
+    pub(crate) fn new(scene: &Scene, node: NodeKey, path: &Path) -> Self {
+        let file = scene.other_file(node).map(FilePath::to_owned);
+        Self { path: path.names(scene), file, position: scene.position(node) }
+    }
+}
+
+impl fmt::Display for NodePlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.file, self.position) {
+            (Some(file), Some(position)) => write!(f, "{}:{position}: ", file.display())?,
+            (Some(file), None) => write!(f, "{}: ", file.display())?,
+            (None, Some(position)) => write!(f, "{position}: ")?,
+            (None, None) => {}
+        }
+        f.write_str(&self.path.join("/"))
     }
 }

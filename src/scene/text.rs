@@ -10,7 +10,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum TextError {
     /// There is no such file.
-    #[error("there is no file {path}: check the name, it is relative to the scene's folder", path = path.display())]
+    #[error("there is no file {path}: check the name, it is relative to the folder of the file in which it stands", path = path.display())]
     Missing {
         /// The path that was tried.
         path: PathBuf,
