@@ -174,12 +174,11 @@ fn in_file(path: &Path) -> impl Fn(ActionError) -> Failure + Sync {
 fn in_scene(path: &Path) -> impl Fn(RenderError) -> Failure {
     let path = path.to_owned();
     move |error| match &error {
-        RenderError::UserShader { origin: ShaderOrigin::Node { position: Some(_), .. }, .. } => {
-            Failure::Error(format!("{}:{error}", path.display()))
+        RenderError::UserShader { origin: ShaderOrigin::Node(place), .. } if place.file.is_none() => {
+            let colon = if place.position.is_some() { ":" } else { ": " };
+            Failure::Error(format!("{}{colon}{error}", path.display()))
         }
-        RenderError::UserShader { origin: ShaderOrigin::Node { .. }, .. } | RenderError::Parameter { .. } => {
-            Failure::Error(format!("{}: {error}", path.display()))
-        }
+        RenderError::Parameter { .. } => Failure::Error(format!("{}: {error}", path.display())),
         _ => Failure::Error(error.to_string()),
     }
 }
