@@ -188,12 +188,6 @@ impl DrawContext<'_> {
         };
         textures.map(texture).collect()
     }
-
-    /// Whether the colours of maps are seen: a fragment shader of the scene's own may not look at them.
-    pub(crate) fn sees_maps(&mut self) -> Result<bool, ShapeError> {
-        let program = self.program(true)?;
-        Ok(program.and_then(|program| program.code.uses.fragment).is_none_or(|uses| uses.color))
-    }
 }
 
 impl Program {
