@@ -188,6 +188,7 @@ const ROWS: &[Row] = &[
         b.add(Material { diffuse_color: (0..300 * 300).map(color).collect::<Vec<_>>().into(), ..Default::default() });
         b.add(MaterialBinding { value: Binding::PerVertex });
     }),
+    row(MESH, In::None, |b| _ = b.image(1, 1024, |i| [(i >> 3) as u8, (i >> 13) as u8, 128, 128])),
     row(GROUND, In::None, |b| b.style(Style::Lines)),
     row(GROUND, In::None, |b| b.style(Style::Points)),
     row(GROUND, In::All, |b| b.style(Style::FilledLines)),

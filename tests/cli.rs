@@ -133,6 +133,47 @@ fn check_prints_mistakes_and_fails() {
     assert!(lines[3].starts_with("Cargo.toml:1:1: a scene file starts with"));
 }
 
+/// Mistakes in a scene's own shaders are found without drawing, and told as `render` tells them.
+#[test]
+fn check_compiles_shaders_as_render_does() {
+    let folder = tempfile::tempdir().unwrap();
+    write(
+        folder.path(),
+        "wrong.wgsl",
+        "fn fragment_shader(fragment: Fragment) -> vec3f {\n    return vec3f(read);\n}\n",
+    );
+    let scene = |name: &str, camera: &str, source: &str| {
+        let text = format!(
+            "Scene(version: 1, root: Separator(children: [{camera}\n  ShaderProgram(shader_object: [\n    \
+             FragmentShader(source_program: {source})\n  ]),\n  Cube(),\n]))"
+        );
+        write(folder.path(), name, &text)
+    };
+    let file = folder.path().join("wrong.wgsl");
+    let inline = "Wgsl(\"fn fragment_shader(fragment: Fragment) -> vec3f { return vec3f(read); }\")";
+    for camera in ["PerspectiveCamera(),", ""] {
+        let good_one =
+            scene("good.ron", camera, "Wgsl(\"fn fragment_shader(f: Fragment) -> vec3f { return f.color; }\")");
+        assert_eq!(good(&["check", path(&good_one)]), "");
+        for (name, source, place) in [
+            ("file.ron", "File(\"wrong.wgsl\")", format!("{}:2:18: ", file.display())),
+            ("inline.ron", inline, format!("{}:3:5: ", folder.path().join("inline.ron").display())),
+        ] {
+            let scene = scene(name, camera, source);
+            let output = run(&["check", path(&scene)]);
+            assert_eq!(output.status.code(), Some(1));
+            let said = text(&output.stdout);
+            assert!(said.starts_with(&place) && said.contains("`read`") && said.lines().count() == 1, "{said}");
+            if !camera.is_empty() {
+                let target = folder.path().join("never.png");
+                let drawn = bad(1, &["render", path(&scene), "-o", path(&target), "--size", "8x8"]);
+                assert!(drawn.contains(&format!("error: {said}")), "{drawn} does not say {said}");
+                assert!(!target.exists());
+            }
+        }
+    }
+}
+
 #[test]
 fn bbox() {
     let found = json(&["bbox", FUJI, "--json"]);

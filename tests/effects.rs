@@ -114,6 +114,12 @@ fn halves(b: &mut Build) {
     b.add(TextureUnit { unit: 1 }).add(Texture2::from_image(image));
 }
 
+/// As `halves`, with an east that nearly nothing is left of.
+fn see_through_halves(b: &mut Build) {
+    let image = Image::new(2, 1, Pixels::Rgba8(vec![[255; 4], [255, 255, 255, 10]])).unwrap();
+    b.add(TextureUnit { unit: 1 }).add(Texture2::from_image(image));
+}
+
 /// Two triangles in the plane of the ground, in place of it.
 fn mesh(b: &mut Build) {
     b.add(TextureUnit { unit: 0 }).add(Texture2::default());
@@ -286,6 +292,46 @@ fn pairs() -> Vec<Pair> {
                 halves(b);
             },
             changes: |hit| Some(true).filter(|_| (hit.uv.x - 0.5).abs() > 1e-3 && (1e-3..0.999).contains(&hit.uv.x)),
+        },
+        Pair {
+            effect: "color-map",
+            brings: &[],
+            words: &["color_map", "sampler", "texel", "uv: vec2", "in.uv"],
+            without: mesh,
+            with: |b| {
+                mesh(b);
+                halves(b);
+            },
+            changes: |hit| Some(hit.uv.x > 0.5).filter(|_| (hit.uv.x - 0.5).abs() > 1e-3),
+        },
+        Pair {
+            effect: "color-map-transform",
+            brings: &[],
+            words: &["color_uv"],
+            without: |b| {
+                mesh(b);
+                halves(b);
+            },
+            with: |b| {
+                mesh(b);
+                halves(b);
+                b.add(Texture2Transform { translation: DVec2::new(0.5, 0.0), ..Default::default() });
+            },
+            changes: |hit| Some(true).filter(|_| (hit.uv.x - 0.5).abs() > 1e-3),
+        },
+        Pair {
+            effect: "color-map-opacity",
+            brings: &["transparency"],
+            words: &["opacity *= texel.a", "discard", "fragment_depth"],
+            without: |b| {
+                mesh(b);
+                b.add(Texture2::from_image(Image::new(1, 1, Pixels::Gray8(vec![255])).unwrap()));
+            },
+            with: |b| {
+                mesh(b);
+                see_through_halves(b);
+            },
+            changes: |hit| Some(hit.uv.x > 0.5).filter(|_| (hit.uv.x - 0.5).abs() > 1e-3),
         },
         Pair {
             effect: "height-ramp",

@@ -4,6 +4,7 @@
 mod common;
 
 use common::gpu::{LinearPicture, linear};
+use seamount::action::{CallbackAction, intersect_triangle};
 use seamount::format::parse;
 use seamount::node::Registry;
 use seamount::prelude::*;
@@ -155,4 +156,67 @@ fn lines_are_seen_in_front_of_faces_that_are_moved_back() {
     assert!(whole > 30);
     assert!(green(with("")) < whole, "without an offset the faces hide some of it");
     assert_eq!(green(with("PolygonOffset(factor: 2.0, units: 4.0),")), whole);
+}
+
+/// The subsets of a list, written as a list.
+fn subsets(parts: &[&str]) -> Vec<String> {
+    let chosen = |bits: usize| (0..parts.len()).filter(|k| bits >> k & 1 == 1).map(|k| parts[k]).collect::<Vec<_>>();
+    (0..1 << parts.len()).map(|bits| format!("[{}]", chosen(bits).join(", "))).collect()
+}
+
+/// An open cone or cylinder shows its inside: a pixel is drawn where a ray meets the shape, from whatever side, and it is as bright
+/// as the other side would be under a light that shines the other way. Solids, and those that are said to be, hide theirs.
+#[test]
+fn the_inside_of_open_shapes_is_drawn_where_it_is_picked() {
+    let shapes = subsets(&["Sides", "Top", "Bottom"])
+        .into_iter()
+        .map(|parts| format!("Cylinder(parts: {parts})"))
+        .chain(subsets(&["Sides", "Bottom"]).into_iter().map(|parts| format!("Cone(parts: {parts})")));
+    let eyes = [
+        "PerspectiveCamera(position: (0.5, 4.0, 3.0), look_at: (0.0, 0.0, 0.0)),",
+        "PerspectiveCamera(position: (1.0, -5.0, 1.5), look_at: (0.0, 0.0, 0.0)),",
+        "PerspectiveCamera(position: (4.0, 0.3, -1.0), look_at: (0.0, 0.0, 0.0)),",
+        // From within.
+        "PerspectiveCamera(position: (0.1, -0.7, 0.2), look_at: (0.4, 2.0, 0.3)),",
+    ];
+    for shape in shapes {
+        let closed = shape == "Cylinder(parts: [Sides, Top, Bottom])" || shape == "Cone(parts: [Sides, Bottom])";
+        let mut seen = 0;
+        for (number, eye) in eyes.into_iter().enumerate().filter(|(number, _)| !closed || *number < 3) {
+            let nodes = format!("{eye} LightModel(model: BaseColor), {shape}");
+            let text = format!("Scene(version: 1, root: Separator(children: [{nodes}]))");
+            let scene = parse(&text, &Registry::default()).unwrap_or_else(|e| panic!("{e}"));
+            let mut triangles = Vec::new();
+            CallbackAction::new().triangles(None, |_, t| triangles.push(*t)).apply(&scene).unwrap();
+            let picture = picture(&nodes);
+            let picker = RayPickAction::pixel(0, 0, SIZE).picker(&scene).unwrap();
+            for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
+                // What is drawn is made of facets: only where they and the round shape are met alike, and a pixel around.
+                let met = |dx: f64, dy: f64| {
+                    let [w, h] = SIZE.map(f64::from);
+                    let ray = picker.ray_through((f64::from(x) + 0.5 + dx) / w, (f64::from(y) + 0.5 + dy) / h).unwrap();
+                    let facets = triangles.iter().any(|t| intersect_triangle(&ray, t).is_some());
+                    (facets, !picker.pick(&ray, false).unwrap().is_empty())
+                };
+                let here = met(0.0, 0.0);
+                let around = [(0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5)];
+                if here.0 == here.1 && around.into_iter().all(|(dx, dy)| met(dx, dy) == here) {
+                    assert_eq!(picture.at(x, y)[0] > 0.0, here.1, "{shape} from eye {number} at ({x}, {y})");
+                    seen += u32::from(here.1);
+                }
+            }
+        }
+        assert!(shape.ends_with("[])") || seen > 200, "{shape}: {seen} pixels");
+    }
+    // Into a tube from above: the far wall is lit by what shines onto its inside, and not by what shines onto its outside.
+    let tube = "Cylinder(parts: [Sides])";
+    let eye = "OrthographicCamera(position: (0.0, 4.0, 4.0), look_at: (0.0, 0.0, 0.0), height: 4.0),
+        Environment(ambient_intensity: 0.0),";
+    let at = |nodes: &str| picture(nodes).at(30, 24)[0];
+    let inside = at(&format!("{eye} DirectionalLight(direction: (0.0, 0.0, -1.0)), {tube}"));
+    let outside = at(&format!("{eye} DirectionalLight(direction: (0.0, 0.0, 1.0)), {tube}"));
+    assert!(inside > 0.3 && outside == 0.0, "{inside} {outside}");
+    let solid = "ShapeHints(vertex_ordering: Counterclockwise, shape_type: Solid),";
+    assert_eq!(at(&format!("{eye} LightModel(model: BaseColor), {solid} {tube}")), 0.0);
+    assert!(at(&format!("{eye} LightModel(model: BaseColor), {tube}")) > 0.0);
 }

@@ -1,11 +1,20 @@
-//! Where the colours of a terrain come from: maps, ramps, lines.
+//! Where the colours of surfaces come from: maps, ramps, lines.
 
 use glam::{DAffine2, DAffine3, DMat2, DVec2, DVec3, Vec3};
 
-use super::frame::{Bump, ColorMap, Coloring, ContourStyle, DetailMaps, RampMap, Relief, TerrainDraw};
+use super::frame::{Bump, ColorMap, Coloring, ContourStyle, DetailMaps, Geometry, RampMap, Relief, TerrainDraw};
 use super::{DrawContext, FragmentUses, ShapeError, inverse};
 use crate::node::{LightingModel, RampBy, Role, TextureFilter, Wrap};
 use crate::terrain::LatticeLight;
+
+/// Turns (s, t) with t upwards to a place in an image, whose rows run down, and back.
+const UPWARDS: DAffine2 = DAffine2 { matrix2: DMat2::from_cols(DVec2::X, DVec2::NEG_Y), translation: DVec2::Y };
+
+/// The rows of a map, as uniforms have them.
+fn rows(map: &DAffine2) -> [Vec3; 2] {
+    let row = |k: usize| Vec3::new(map.x_axis[k] as f32, map.y_axis[k] as f32, map.translation[k] as f32);
+    [row(0), row(1)]
+}
 
 impl DrawContext<'_> {
     /// The image on a texture unit as colours, filtered as the Complexity says; `None` if the unit is empty.
@@ -24,8 +33,35 @@ impl DrawContext<'_> {
         Ok(self.shape.image(unit)?.map(|image| ColorMap { image, filter, wrap }))
     }
 
-    /// What colours a terrain beside material and colour map. A fragment shader of the scene's own may not look at it.
+    /// What colours a shape beside its material. A fragment shader of the scene's own may not look at it.
     pub(super) fn coloring(
+        &self,
+        geometry: &Geometry,
+        local_from_rel: &DAffine3,
+        shader: Option<FragmentUses>,
+    ) -> Result<Coloring, ShapeError> {
+        match geometry {
+            Geometry::Terrain(terrain) => self.terrain_coloring(terrain, local_from_rel, shader),
+            Geometry::Mesh(mesh) if !mesh.uvs.is_empty() && shader.is_none_or(|uses| uses.color) => {
+                self.mesh_coloring()
+            }
+            Geometry::Mesh(_) | Geometry::Strokes(_) => Ok(Coloring::default()),
+        }
+    }
+
+    /// The texture of a mesh. Beyond the border of the image there is what the texture says, since the coordinates go wherever
+    /// they were given.
+    fn mesh_coloring(&self) -> Result<Coloring, ShapeError> {
+        let state = self.shape.state;
+        let unit = state.color_unit();
+        let wrap = state.texture(unit).map(|texture| texture.wrap).unwrap_or_default();
+        let color_map = self.color_map(unit)?.map(|map| ColorMap { wrap, ..map });
+        let moved = state.texture_transform(unit).filter(|_| color_map.is_some());
+        let color_uv = moved.map(|(transform, _)| rows(&(UPWARDS * transform)));
+        Ok(Coloring { color_map, color_uv, ..Coloring::default() })
+    }
+
+    fn terrain_coloring(
         &self,
         terrain: &TerrainDraw,
         local_from_rel: &DAffine3,
@@ -38,6 +74,7 @@ impl DrawContext<'_> {
         // Relative heights are 0 at the anchor.
         let anchor = local_from_rel.translation.z;
 
+        let color_map = if maps { self.color_map(state.program.color_unit)? } else { None };
         let ramp = match state.color_ramp.as_ref().filter(|_| maps) {
             None => None,
             Some(ramp) => {
@@ -114,21 +151,18 @@ impl DrawContext<'_> {
                 })
             }
         };
-        let moved = terrain.color_map.as_ref().and_then(|_| state.texture_transform(state.program.color_unit));
+        let moved = color_map.as_ref().and_then(|_| state.texture_transform(state.program.color_unit));
         let color_uv = moved.map(|(transform, _)| {
             // (column, row) to (s, t), t upwards; moved; and back to rows that run down.
             let cells = terrain.heights.cells().map(f64::from);
-            let upwards = DAffine2::from_mat2_translation(DMat2::from_diagonal(DVec2::new(1.0, -1.0)), DVec2::Y);
-            let map = upwards * transform * upwards * DAffine2::from_scale(DVec2::from_array(cells).recip());
-            let row = |k: usize| Vec3::new(map.x_axis[k] as f32, map.y_axis[k] as f32, map.translation[k] as f32);
-            [row(0), row(1)]
+            rows(&(UPWARDS * transform * UPWARDS * DAffine2::from_scale(DVec2::from_array(cells).recip())))
         });
         let shadow = state.shadow_light().filter(|_| lit).and_then(|(towards, _)| {
             let towards = inverse(&state.model.matrix3)? * towards / DVec3::new(cell.x, cell.y, z_step);
             // A relief that is next to nothing throws no shadow, and neither does one that is flattened.
             towards.is_finite().then_some(LatticeLight { towards, upwards: z_step > 0.0 })
         });
-        Ok(Coloring { ramp, contours, detail, relief, bump, shadow, color_uv })
+        Ok(Coloring { color_map, ramp, contours, detail, relief, bump, shadow, color_uv })
     }
 
     /// The lowest and the highest local z of the shape.

@@ -100,6 +100,8 @@ impl SurfaceColors {
 pub struct CornerData {
     /// The colours, where they differ over the shape.
     pub colors: Option<SurfaceColors>,
+    /// Whether they have texture coordinates, since there is a texture.
+    pub uvs: bool,
 }
 
 impl DrawContext<'_> {
@@ -108,6 +110,9 @@ impl DrawContext<'_> {
     pub fn corner_data(&self) -> CornerData {
         let state = self.shape.state;
         let bound = state.material_binding != Binding::Overall;
-        CornerData { colors: bound.then(|| state.colors()).filter(|colors| colors.count() > 1) }
+        CornerData {
+            colors: bound.then(|| state.colors()).filter(|colors| colors.count() > 1),
+            uvs: state.texture(state.color_unit()).is_some(),
+        }
     }
 }

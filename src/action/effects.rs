@@ -85,9 +85,10 @@ pub const EFFECTS: &[EffectInfo] = effects! {
     "haze",              |e| on(e.fog == FogType::Haze),  |s| by(&[Aspect::Environment], s);
     "fog",               |e| on(e.fog == FogType::Fog),   |s| by(&[Aspect::Environment], s);
     "smoke",             |e| on(e.fog == FogType::Smoke), |s| by(&[Aspect::Environment], s);
-    "color-map",         |e| on(e.color_map),      |s| by_texture(s, s.program.color_unit);
+    "color-map",         |e| on(e.color_map),      |s| by_texture(s, s.color_unit());
+    "color-map-opacity", |e| on(e.color_map_opacity), |s| by_texture(s, s.color_unit());
     "color-map-transform", |e| on(e.color_map_transform),
-                                                   |s| vec![s.texture_transform(s.program.color_unit).map(|t| t.1)];
+                                                   |s| vec![s.texture_transform(s.color_unit()).map(|t| t.1)];
     "height-ramp",       |e| on(e.ramp == Some(RampBy::Height)), |s| by(&[Aspect::ColorRamp], s);
     "slope-ramp",        |e| on(e.ramp == Some(RampBy::Slope)),  |s| by(&[Aspect::ColorRamp], s);
     "contours",          |e| on(e.contours),       |s| by(&[Aspect::ContourLines], s);

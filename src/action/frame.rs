@@ -83,7 +83,7 @@ pub struct Draw {
     pub ambient: Vec3,
     /// Unit vector towards the eye for orthographic cameras, where it is the same everywhere; `None` for perspective.
     pub towards_eye: Option<Vec3>,
-    /// What colours a terrain beside material and colour map.
+    /// What colours a surface beside its material.
     pub coloring: Coloring,
     /// What is cut off: where a plane's (normal, distance) · (place, 1) is negative, in world axes with the origin at the eye.
     pub clip_planes: Arc<[Vec4]>,
@@ -232,17 +232,17 @@ pub struct TerrainDraw {
     /// subtraction is exact in integers and what is rounded is small where the eye looks closely. The relative
     /// coordinates of sample (c, r) are (c − anchor.c, r − anchor.r, raw − anchor.raw), the same bits from every patch.
     pub anchor: ([u32; 2], f32),
-    /// Colour map on the whole extent, first row north.
-    pub color_map: Option<ColorMap>,
     /// Levels of the patch tree, for colouring by level.
     pub levels: u32,
     /// Lattice steps per unit at the finest level is 1; each level up multiplies by this.
     pub branching: u32,
 }
 
-/// What colours a terrain beside material and colour map.
+/// What colours a surface beside its material: a terrain all of it, a mesh the colour map alone.
 #[derive(Debug, Clone, Default)]
 pub struct Coloring {
+    /// An image: on the whole extent of a terrain, its first row north; on a mesh by the texture coordinates of its corners.
+    pub color_map: Option<ColorMap>,
     /// Colours by height or slope.
     pub ramp: Option<RampMap>,
     /// Lines of equal height.
@@ -255,8 +255,8 @@ pub struct Coloring {
     pub bump: Option<Bump>,
     /// The light that throws a shadow of the terrain on itself.
     pub shadow: Option<LatticeLight>,
-    /// Where the colour map is looked up, if not edge to edge: rows that take (column, row, 1) to texture coordinates, rows
-    /// of the image running down.
+    /// Where the colour map is looked up, if it is moved: rows that take (column, row, 1) of a terrain, or (s, t, 1) of a mesh,
+    /// to the place in the image, its rows running down.
     pub color_uv: Option<[Vec3; 2]>,
 }
 
@@ -339,6 +339,8 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// Diffuse colours in linear light and opacity, one per corner; or none, where all have those of the material.
     pub colors: Vec<Vec4>,
+    /// Texture coordinates, t upwards, one per corner; or none, where no texture is on it.
+    pub uvs: Vec<Vec2>,
     /// Corners of the triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -476,6 +478,8 @@ pub struct Effects {
     pub shadow: bool,
     /// Filled, or with edges, or corners alone. [`Style::Invisible`] is not drawn at all.
     pub style: Style,
+    /// Whether the colour map of a mesh lets through what is behind.
+    pub color_map_opacity: bool,
     /// Whether the colour map is moved, turned or scaled.
     pub color_map_transform: bool,
     /// Whether there are colours by height or slope, and by which of them.
@@ -532,6 +536,7 @@ impl Effects {
             emissive: self.emissive && lit,
             color_map: self.color_map && maps,
             color_map_transform: self.color_map_transform && self.color_map && maps,
+            color_map_opacity: self.color_map_opacity && self.color_map && maps,
             ramp: self.ramp.filter(|_| maps),
             contours: self.contours && plain,
             normal_map: self.normal_map && lit,

@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat4, DVec3, Mat3, Vec2, Vec3};
+use glam::{DAffine3, DMat4, DVec2, DVec3, Mat3, Vec2, Vec3};
 
 use super::frame::{
     Coloring, DepthOffset, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, Sky,
@@ -382,10 +382,11 @@ impl DrawContext<'_> {
         }
         let program = self.program(plain)?;
         let shaders = program.as_ref().map_or(ShaderUses::default(), |program| program.code.uses);
-        let coloring = match &geometry {
-            Geometry::Terrain(terrain) if plain => self.coloring(terrain, local_from_rel, shaders.fragment)?,
-            _ => Coloring::default(),
-        };
+        let coloring =
+            if plain { self.coloring(&geometry, local_from_rel, shaders.fragment)? } else { Coloring::default() };
+        // A terrain has no holes but its own.
+        let texture = coloring.color_map.as_ref().filter(|_| matches!(geometry, Geometry::Mesh(_)));
+        let pierced = texture.is_some_and(|map| !map.image.is_opaque());
         let eye_from_rel = compose(&self.eye_from_local(), local_from_rel);
         let unlit = state.light_model.model == LightingModel::BaseColor || !options.lit;
         let lights: Arc<[FrameLight]> = if unlit {
@@ -417,9 +418,10 @@ impl DrawContext<'_> {
             spot_lights: count(|l| matches!(l, FrameLight::Spot { .. })),
             attenuation: state.lights.iter().any(|light| light.source.attenuates()),
             fog: state.environment.fog_type,
-            transparency: if colored { colors.see_through() } else { first.w < 1.0 },
+            transparency: pierced || if colored { colors.see_through() } else { first.w < 1.0 },
             specular: material.specular != Vec3::ZERO,
-            color_map: options.color_map,
+            color_map: coloring.color_map.is_some(),
+            color_map_opacity: pierced,
             debug_color: options.debug_color,
             style: style.style,
             color_map_transform: coloring.color_uv.is_some(),
@@ -542,12 +544,24 @@ impl DrawContext<'_> {
         &mut self,
         primitives: impl FnOnce(&ShapeContext<'_>, &mut dyn FnMut(Triangle)) -> Result<(), ShapeError>,
     ) -> Result<(), ShapeError> {
+        self.draw_faces(false, primitives)
+    }
+
+    /// [`DrawContext::draw_primitives`] of a shape that is open, so that its inside is seen where the State does not say
+    /// otherwise; or closed.
+    pub(crate) fn draw_faces(
+        &mut self,
+        open: bool,
+        primitives: impl FnOnce(&ShapeContext<'_>, &mut dyn FnMut(Triangle)) -> Result<(), ShapeError>,
+    ) -> Result<(), ShapeError> {
         let mut triangles: Vec<Triangle> = Vec::new();
         primitives(&self.shape, &mut |t| triangles.push(t))?;
         let Some(first) = triangles.first() else {
             return Ok(());
         };
         let data = self.corner_data();
+        // A shape that gives no texture coordinates shows no texture.
+        let mapped = data.uvs && triangles.iter().any(|t| t.uvs != [DVec2::ZERO; 3]);
         // Relative to a corner, so that a mesh with large local coordinates keeps its digits.
         let anchor = first.points[0];
         let mut mesh = Mesh::default();
@@ -555,6 +569,9 @@ impl DrawContext<'_> {
             let start = mesh.positions.len() as u32;
             mesh.positions.extend(t.points.map(|p| relative(p, anchor)));
             mesh.normals.extend(t.normals.map(DVec3::as_vec3));
+            if mapped {
+                mesh.uvs.extend(t.uvs.map(DVec2::as_vec2));
+            }
             if let Some(colors) = &data.colors {
                 for number in t.materials {
                     mesh.colors.push(colors.of(number, Binding::Overall, ("triangle", index))?);
@@ -562,7 +579,7 @@ impl DrawContext<'_> {
             }
             mesh.triangles.push([start, start + 1, start + 2]);
         }
-        let options = DrawOptions::plain(GeometryKind::Mesh);
+        let options = DrawOptions { two_sided: open, ..DrawOptions::plain(GeometryKind::Mesh) };
         self.draw(Geometry::Mesh(Arc::new(mesh)), &DAffine3::from_translation(anchor), options)
     }
 }
@@ -572,8 +589,6 @@ impl DrawContext<'_> {
 pub struct DrawOptions {
     /// Which vertex stage.
     pub kind: GeometryKind,
-    /// Whether a colour map is bound.
-    pub color_map: bool,
     /// Colours for study.
     pub debug_color: DebugColor,
     /// Whether light is looked at.
@@ -588,7 +603,7 @@ impl DrawOptions {
     /// Nothing beside the State.
     #[must_use]
     pub const fn plain(kind: GeometryKind) -> Self {
-        Self { kind, color_map: false, debug_color: DebugColor::Plain, lit: true, morph: false, two_sided: false }
+        Self { kind, debug_color: DebugColor::Plain, lit: true, morph: false, two_sided: false }
     }
 }
 

@@ -246,6 +246,14 @@ impl State {
         })
     }
 
+    /// The unit of the texture that meshes show: that of the program's colours if there is a texture on it, or else unit 0, the
+    /// one of scenes that name none.
+    #[must_use]
+    pub fn color_unit(&self) -> u32 {
+        let unit = self.program.color_unit;
+        if self.texture(unit).is_some() { unit } else { 0 }
+    }
+
     /// The texture on a unit.
     #[must_use]
     pub fn texture(&self, unit: u32) -> Option<&TextureBinding> {

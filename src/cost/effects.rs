@@ -23,7 +23,7 @@ type Effect = (&'static str, fn(&mut Frame));
 
 /// The effects that a frame can have. A new one is a line here.
 #[rustfmt::skip]
-const EFFECTS: [Effect; 37] = [
+const EFFECTS: [Effect; 38] = [
     ("none", |_| {}),
     ("one directional light", |f| each(f, directional)),
     ("one directional light, ambient light", |f| lit(f, ambient)),
@@ -41,6 +41,7 @@ const EFFECTS: [Effect; 37] = [
     ("transparency", |f| each(f, transparency)),
     ("colour map", |f| each(f, |draw| draw.effects.color_map = has_map(draw))),
     ("colour map, moved", |f| each(f, moved_map)),
+    ("texture that lets through what is behind", |f| each(f, see_through_map)),
     ("height ramp", |f| each(f, |draw| ramp(draw, RampBy::Height))),
     ("slope ramp", |f| each(f, |draw| ramp(draw, RampBy::Slope))),
     ("contour lines", |f| each(f, contours)),
@@ -163,7 +164,8 @@ fn bare(mut frame: Frame) -> Frame {
     for draw in &mut frame.draws {
         let Effects { geometry, morph, .. } = draw.effects;
         draw.effects = Effects { geometry, morph, ..Effects::default() };
-        draw.coloring = Coloring::default();
+        // The image itself stays, for the rows that ask for it.
+        draw.coloring = Coloring { color_map: draw.coloring.color_map.take(), ..Coloring::default() };
         draw.lights = Arc::default();
         draw.ambient = Vec3::ZERO;
         draw.clip_planes = Arc::default();
@@ -270,6 +272,12 @@ fn moved_map(draw: &mut Draw) {
     }
 }
 
+fn see_through_map(draw: &mut Draw) {
+    if has_map(draw) && !is_terrain(draw) {
+        (draw.effects.color_map, draw.effects.color_map_opacity, draw.effects.transparency) = (true, true, true);
+    }
+}
+
 /// An image of 256 × 256 texels that repeats.
 fn tile() -> ColorMap {
     static IMAGE: LazyLock<Arc<Image>> = LazyLock::new(|| {
@@ -364,7 +372,7 @@ fn sky(frame: &mut Frame) {
 }
 
 fn has_map(draw: &Draw) -> bool {
-    matches!(&draw.geometry, Geometry::Terrain(terrain) if terrain.color_map.is_some())
+    draw.coloring.color_map.is_some()
 }
 
 fn is_terrain(draw: &Draw) -> bool {

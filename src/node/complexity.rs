@@ -4,7 +4,8 @@ use crate::action::{PropertyContext, State};
 crate::define_node! {
     /// How finely the shapes that follow are drawn, and how well their textures are filtered.
     ///
-    /// Acts on `SeamlessTerrain`: read by all actions, since picks are done against what the detail chooses.
+    /// Acts on `SeamlessTerrain`, the slices of round shapes and all textures: read by all actions, since picks of terrains are done
+    /// against what the detail chooses.
     ///
     /// ```ron
     /// Complexity(value: 0.8, texture_quality: 0.9)

@@ -246,19 +246,23 @@ impl FaceMesh {
         let anchor = self.triangles.first().and_then(|t| self.corners(t).first().copied());
         let Some(anchor) = anchor else { return Ok(None) };
         let mut mesh = Mesh::default();
-        let mut known: HashMap<[u32; 3], u32> = HashMap::new();
+        let mut known: HashMap<[u32; 4], u32> = HashMap::new();
         for (index, t) in self.triangles.iter().enumerate() {
             let triangle = self.triangle(t);
             let materials = data.colors.as_ref().and_then(|_| self.materials.get(index)).copied().unwrap_or_default();
             let [a, b, c] = triangle.points;
             let turned = self.outside_by_normals && (b - a).cross(c - a).dot(triangle.normals.into_iter().sum()) < 0.0;
             let mut corners = [0; 3];
-            let given = t.points.into_iter().zip(t.normals).zip(materials);
-            for ((corner, ((point, normal), material)), k) in corners.iter_mut().zip(given).zip(0..) {
+            let uvs = if data.uvs { t.uvs } else { [0; 3] };
+            let given = t.points.into_iter().zip(t.normals).zip(materials).zip(uvs);
+            for ((corner, (((point, normal), material), uv)), k) in corners.iter_mut().zip(given).zip(0..) {
                 let next = mesh.positions.len() as u32;
-                *corner = *known.entry([point, normal, material]).or_insert(next);
+                *corner = *known.entry([point, normal, material, uv]).or_insert(next);
                 if *corner == next {
                     let at = |of: &[DVec3; 3]| of.get(k).copied().unwrap_or_default();
+                    if data.uvs {
+                        mesh.uvs.push(triangle.uvs.get(k).copied().unwrap_or_default().as_vec2());
+                    }
                     mesh.positions.push((at(&triangle.points) - anchor).as_vec3());
                     mesh.normals.push(at(&triangle.normals).as_vec3());
                     if let Some(colors) = &data.colors {

@@ -127,9 +127,10 @@ impl PropertyNode for NormalBinding {
 }
 
 crate::define_node! {
-    /// The texture coordinates of the sets of faces after it, instead of those worked out from the shape's box.
+    /// The texture coordinates of the sets of faces after it, instead of those worked out from the shape's box: s along its longest
+    /// side from 0 to 1, t along the second longest in the same scale.
     ///
-    /// Read by picks and callbacks.
+    /// Read by render, picks and callbacks.
     ///
     /// ```ron
     /// TextureCoordinate2(point: [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
@@ -242,8 +243,9 @@ crate::define_node! {
     ///
     /// Read by picks, render and callbacks through the normals and triangles that are made of sets of faces, and by render
     /// for which sides are drawn: of sets of faces both, and light falls on the side that is seen, unless the ordering is known and
-    /// the shape is `Solid`; then only the outer one, as in Open Inventor. Other shapes, terrains among them, are drawn from
-    /// outside alone, unless the ordering is known and the shape is not `Solid`. Picks meet both sides.
+    /// the shape is `Solid`; then only the outer one, as in Open Inventor. So are cones and cylinders that a part is missing of. Other
+    /// shapes, terrains among them, are drawn from outside alone, unless the ordering is known and the shape is not `Solid`. Picks
+    /// meet both sides.
     ///
     /// ```ron
     /// ShapeHints(vertex_ordering: Counterclockwise, crease_angle: 0.5)

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{FieldProblem, HitDetail, List, ShapeHit, ShapeNode, Triangle, field::enum_field};
-use crate::action::{Aabb, Ray, ShapeContext, ShapeError};
+use crate::action::{Aabb, DrawContext, Ray, ShapeContext, ShapeError};
 
 fn lengths<const N: usize>(fields: [(&'static str, f64); N]) -> Vec<FieldProblem> {
     fields
@@ -190,7 +190,8 @@ enum_field!(CylinderPart: Sides | Top | Bottom);
 crate::define_node! {
     /// A cylinder around the y axis, its middle at the origin.
     ///
-    /// Picked exactly; drawn, called back and counted as 40 · `Complexity.value` slices.
+    /// Picked exactly; drawn, called back and counted as 40 · `Complexity.value` slices. If a part is missing the inside is drawn as
+    /// well, unless ShapeHints say that the shape is solid.
     ///
     /// ```ron
     /// Cylinder(radius: 0.5, height: 10.0, parts: [Sides])
@@ -289,6 +290,12 @@ impl ShapeNode for Cylinder {
         });
         Ok(())
     }
+
+    fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
+        let all = [CylinderPart::Sides, CylinderPart::Top, CylinderPart::Bottom];
+        let open = !all.iter().all(|part| self.parts.contains(part));
+        cx.draw_faces(open, |shape_cx, sink| self.primitives(shape_cx, sink))
+    }
 }
 
 /// The parts of a [`Cone`].
@@ -305,7 +312,8 @@ enum_field!(ConePart: Sides | Bottom);
 crate::define_node! {
     /// A cone around the y axis, its middle at the origin and its tip towards +y.
     ///
-    /// Picked exactly; drawn, called back and counted as 40 · `Complexity.value` slices.
+    /// Picked exactly; drawn, called back and counted as 40 · `Complexity.value` slices. If a part is missing the inside is drawn as
+    /// well, unless ShapeHints say that the shape is solid.
     ///
     /// ```ron
     /// Cone(bottom_radius: 0.5, height: 1.0)
@@ -419,5 +427,10 @@ impl ShapeNode for Cone {
             }
         });
         Ok(())
+    }
+
+    fn draw(&self, cx: &mut DrawContext<'_>) -> Result<(), ShapeError> {
+        let open = ![ConePart::Sides, ConePart::Bottom].iter().all(|part| self.parts.contains(part));
+        cx.draw_faces(open, |shape_cx, sink| self.primitives(shape_cx, sink))
     }
 }

@@ -699,10 +699,6 @@ impl ShapeNode for SeamlessTerrain {
         cx.statistics.patches_rendered += (history.visible.len() + history.holed.len()) as u64;
         cx.keep(history);
 
-        let color_map = match self.color_mode {
-            ColorMode::Plain if cx.sees_maps()? => cx.color_map(cx.shape.state.program.color_unit)?,
-            _ => None,
-        };
         let eye = inverse_of(&cx.shape.state.model).map_or(DVec3::ZERO, |i| i.transform_point3(cx.view.eye));
         let anchor = placed.anchor(eye);
         let anchor_point = DVec3::new(anchor.0[0].into(), anchor.0[1].into(), anchor.1.into());
@@ -713,7 +709,6 @@ impl ShapeNode for SeamlessTerrain {
         };
         let options = DrawOptions {
             kind: GeometryKind::of_terrain(placed.terrain.field(), false),
-            color_map: color_map.is_some(),
             debug_color: match self.color_mode {
                 ColorMode::Plain => DebugColor::Plain,
                 ColorMode::Parts => DebugColor::Parts,
@@ -730,7 +725,6 @@ impl ShapeNode for SeamlessTerrain {
             parts: Arc::clone(placed.tree.parts()),
             instances,
             anchor,
-            color_map,
             levels: u32::from(tree.depth()) + 1,
             branching: tree.resolutions().branching(),
         };

@@ -9,7 +9,8 @@ use crate::scene::Image;
 crate::define_node! {
     /// Chooses the texture unit that the textures that follow are put on.
     ///
-    /// With the built-in program unit 0 carries heights and unit 1 colour. Kept by all actions.
+    /// With the built-in program unit 0 carries the heights of terrains, and unit 1 the colours of all shapes; where unit 1 is empty
+    /// meshes show unit 0, so that scenes without terrains need no TextureUnit. Kept by all actions.
     ///
     /// ```ron
     /// TextureUnit(unit: 1)
@@ -46,8 +47,14 @@ crate::define_node! {
     /// Puts an image on the current texture unit.
     ///
     /// The image is decoded when an action needs it first: a bounding box reads heights, but no colours. Images of heights
-    /// stay at their full depth. What is beyond the border of an image is only seen with a `Texture2Transform`: without one it
-    /// lies over the shape edge to edge, and its border does not mix with the one opposite.
+    /// stay at their full depth.
+    ///
+    /// A terrain lies under its colours edge to edge: what is beyond the border of an image is only seen with a
+    /// `Texture2Transform`, and without one the border does not mix with the one opposite. On sets of faces, plain shapes and those of
+    /// your own that give texture coordinates the image lies by these, as picks tell them: given ones, those of the shape, or
+    /// those worked out from its box. The image multiplies the diffuse and ambient colour (Open Inventor's MODULATE), and its alpha
+    /// the opacity of meshes: they are then drawn as what is transparent is, and where alpha is 0 nothing is. Lines and points
+    /// show none.
     ///
     /// ```ron
     /// Texture2(filename: "map.png")

@@ -4,12 +4,13 @@ use super::PropertyNode;
 use crate::action::{PropertyContext, State};
 
 crate::define_node! {
-    /// Moves, turns and scales the texture coordinates of the colour map on the current texture unit, for what follows.
+    /// Moves, turns and scales the texture coordinates of the colours on the current texture unit, for what follows.
     ///
     /// A coordinate (s, t), (0, 0) at the lower left and (1, 1) at the upper right of the image, becomes
     /// `center + translation + rotation · scale · ((s, t) − center)`: a scale of 2 shows the image twice. What is then beyond the
     /// border is as the texture's `wrap_s` and `wrap_t` say. Heights are not moved. A node that changes nothing costs nothing.
-    /// Read by the render action; the others ignore it. Only the last one of a unit counts.
+    /// Read by the render action; the others ignore it, and picks tell the coordinates as they were before. Only the last one of a
+    /// unit counts.
     ///
     /// ```ron
     /// TextureUnit(unit: 1),

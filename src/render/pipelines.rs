@@ -20,6 +20,9 @@ pub(super) const MESH_STRIDE: u64 = 24;
 /// Bytes of the colour of a corner.
 pub(super) const COLOR_STRIDE: u64 = 16;
 
+/// Bytes of the texture coordinate of a corner.
+pub(super) const UV_STRIDE: u64 = 8;
+
 /// What a pipeline does with what it draws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Pass {
@@ -226,6 +229,7 @@ impl Pipelines {
         let place = wgpu::vertex_attr_array![5 => Uint32];
         let color = wgpu::vertex_attr_array![6 => Float32x4];
         let colors = wgpu::vertex_attr_array![6 => Float32x4, 7 => Float32x4];
+        let uv = wgpu::vertex_attr_array![8 => Float32x2];
         let loose = variant.effects.geometry.is_loose();
         let buffer = if loose {
             // Lattice point and step, in the same places.
@@ -274,6 +278,13 @@ impl Pipelines {
                 (COLOR_STRIDE, wgpu::VertexStepMode::Vertex, &color)
             };
             buffers.push(Some(wgpu::VertexBufferLayout { array_stride, step_mode, attributes }));
+        }
+        if variant.corner_uvs() {
+            buffers.push(Some(wgpu::VertexBufferLayout {
+                array_stride: UV_STRIDE,
+                step_mode: wgpu::VertexStepMode::Vertex,
+                attributes: &uv,
+            }));
         }
         if variant.listed_places() {
             // The indices, one after the other.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use super::RenderError;
 use super::bindings::{Slot, SlotSet};
@@ -12,7 +12,7 @@ use super::buffers::GrowingBuffer;
 use super::cache::Cache;
 use super::error::guarded;
 use super::objects::Make;
-use super::pipelines::{COLOR_STRIDE, DEPTH_FORMAT, MESH_STRIDE, Pipeline, Pipelines, Raster};
+use super::pipelines::{COLOR_STRIDE, DEPTH_FORMAT, MESH_STRIDE, Pipeline, Pipelines, Raster, UV_STRIDE};
 use super::program::{has_values, whole_text, write_values};
 use super::shader::{Variant, encodes, sky_text};
 use super::targets::Targets;
@@ -136,6 +136,8 @@ pub struct Renderer {
     corners: GrowingBuffer,
     /// Colours of corners, where they have any.
     colors: GrowingBuffer,
+    /// Texture coordinates of corners, where there is a texture.
+    uvs: GrowingBuffer,
     corner_indices: GrowingBuffer,
     timer: Option<Timer>,
     scratch: Scratch,
@@ -152,6 +154,7 @@ struct Scratch {
     errors: Vec<f32>,
     corners: Vec<[Vec3; 2]>,
     colors: Vec<Vec4>,
+    uvs: Vec<Vec2>,
     corner_indices: Vec<u32>,
     jobs: Vec<Job>,
     sky: Option<SkyJob>,
@@ -223,6 +226,8 @@ struct Corners {
     first: u32,
     /// First of their colours, where they have any.
     color: Option<u32>,
+    /// First of their texture coordinates, where there is a texture.
+    uv: Option<u32>,
 }
 
 /// What bindings of textures depend on: the slots, and what is in each of them.
@@ -265,6 +270,7 @@ impl Renderer {
             errors: buffer("errors of a frame", wgpu::BufferUsages::VERTEX),
             corners: buffer("meshes of a frame", wgpu::BufferUsages::VERTEX),
             colors: buffer("colours of corners", wgpu::BufferUsages::VERTEX),
+            uvs: buffer("texture coordinates of corners", wgpu::BufferUsages::VERTEX),
             corner_indices: buffer("meshes of a frame", wgpu::BufferUsages::INDEX),
             timer: None,
             scratch: Scratch::default(),
@@ -318,6 +324,7 @@ impl Renderer {
             + size_of_val(scratch.errors.as_slice())
             + size_of_val(scratch.corners.as_slice())
             + size_of_val(scratch.colors.as_slice())
+            + size_of_val(scratch.uvs.as_slice())
             + size_of_val(scratch.corner_indices.as_slice());
         Ok(DrawReport {
             encode: start.elapsed(),
@@ -350,7 +357,7 @@ impl Renderer {
     #[must_use]
     pub fn gpu_bytes(&self) -> u64 {
         let instances = [&self.instances, &self.weights, &self.loose, &self.loose_weights, &self.errors];
-        let meshes = [&self.uniforms, &self.corners, &self.colors, &self.corner_indices];
+        let meshes = [&self.uniforms, &self.corners, &self.colors, &self.uvs, &self.corner_indices];
         self.textures.bytes()
             + self.parts.values().map(wgpu::Buffer::size).sum::<u64>()
             + self.targets.as_ref().map_or(0, |t| t.bytes)
@@ -385,8 +392,10 @@ impl Renderer {
                     indices + (data + size_of_val(weights) + size_of_val(errors)) as u64
                 }
                 Geometry::Mesh(mesh) => {
+                    let uvs = if variant.corner_uvs() { mesh.uvs.as_slice() } else { &[] };
                     mesh.positions.len() as u64 * MESH_STRIDE
                         + size_of_val(mesh.colors.as_slice()) as u64
+                        + size_of_val(uvs) as u64
                         + size_of_val(mesh.triangles.as_slice()) as u64
                 }
                 Geometry::Strokes(strokes) => {
@@ -429,6 +438,7 @@ impl Renderer {
         scratch.errors.clear();
         scratch.corners.clear();
         scratch.colors.clear();
+        scratch.uvs.clear();
         scratch.corner_indices.clear();
         scratch.jobs.clear();
         scratch.sky = match &frame.sky {
@@ -484,7 +494,7 @@ impl Renderer {
                 let first = append(&mut scratch.corners, strokes.pieces.as_flattened());
                 let colored = variant.effects.vertex_colors;
                 let color = colored.then(|| append(&mut scratch.colors, strokes.colors.as_flattened()));
-                Ready::Strokes { ends: Corners { first, color }, count: strokes.pieces.len() as u32 }
+                Ready::Strokes { ends: Corners { first, color, uv: None }, count: strokes.pieces.len() as u32 }
             }
         };
         let mut uniform_size = 0;
@@ -575,6 +585,7 @@ impl Renderer {
         self.errors.write(device, queue, bytemuck::cast_slice(&scratch.errors))?;
         self.corners.write(device, queue, bytemuck::cast_slice(&scratch.corners))?;
         self.colors.write(device, queue, bytemuck::cast_slice(&scratch.colors))?;
+        self.uvs.write(device, queue, bytemuck::cast_slice(&scratch.uvs))?;
         self.corner_indices.write(device, queue, bytemuck::cast_slice(&scratch.corner_indices))?;
         let Some(buffer) = self.uniforms.get() else { return Ok(()) };
         let layout = self.pipelines.draw_layout(device)?;
@@ -777,9 +788,11 @@ impl Renderer {
     fn set_corners(&self, pass: &mut wgpu::RenderPass<'_>, of: &Corners) -> bool {
         let Some(corners) = self.corners.get() else { return false };
         pass.set_vertex_buffer(0, corners.slice(u64::from(of.first) * MESH_STRIDE..));
-        if let Some(first) = of.color {
-            let Some(colors) = self.colors.get() else { return false };
-            pass.set_vertex_buffer(1, colors.slice(u64::from(first) * COLOR_STRIDE..));
+        let streams = [(of.color, &self.colors, COLOR_STRIDE), (of.uv, &self.uvs, UV_STRIDE)];
+        let streams = streams.into_iter().filter_map(|(first, buffer, stride)| Some((first?, buffer, stride)));
+        for ((first, buffer, stride), slot) in streams.zip(1..) {
+            let Some(buffer) = buffer.get() else { return false };
+            pass.set_vertex_buffer(slot, buffer.slice(u64::from(first) * stride..));
         }
         true
     }
@@ -811,8 +824,12 @@ impl Scratch {
 
     /// With edges each triangle has corners of its own.
     fn add_mesh(&mut self, mesh: &Mesh, variant: &Variant) -> Ready {
-        let colored = variant.effects.vertex_colors;
-        let corners = Corners { first: self.corners.len() as u32, color: colored.then_some(self.colors.len() as u32) };
+        let (colored, mapped) = (variant.effects.vertex_colors, variant.corner_uvs());
+        let corners = Corners {
+            first: self.corners.len() as u32,
+            color: colored.then_some(self.colors.len() as u32),
+            uv: mapped.then_some(self.uvs.len() as u32),
+        };
         let count = mesh.triangles.len() as u32 * 3;
         if variant.edges() {
             let all = || mesh.triangles.iter().flatten().map(|&corner| corner as usize);
@@ -821,11 +838,17 @@ impl Scratch {
             if colored {
                 self.colors.extend(all().map(|at| mesh.colors.get(at).copied().unwrap_or_default()));
             }
+            if mapped {
+                self.uvs.extend(all().map(|at| mesh.uvs.get(at).copied().unwrap_or_default()));
+            }
             return Ready::Mesh { corners, first: 0, count };
         }
         self.corners.extend(mesh.positions.iter().zip(&mesh.normals).map(|(&p, &n)| [p, n]));
         if colored {
             self.colors.extend_from_slice(&mesh.colors);
+        }
+        if mapped {
+            self.uvs.extend_from_slice(&mesh.uvs);
         }
         let first = append(&mut self.corner_indices, mesh.triangles.as_flattened());
         Ready::Mesh { corners, first, count }
@@ -841,7 +864,7 @@ fn append<T: Copy>(all: &mut Vec<T>, more: &[T]) -> u32 {
 
 /// Whether a draw has what its effects ask for.
 fn check_effects(draw: &Draw) -> Result<(), RenderError> {
-    let (kind, has_map) = match &draw.geometry {
+    let kind = match &draw.geometry {
         Geometry::Mesh(mesh) => {
             let corners = mesh.positions.len().min(mesh.normals.len());
             if mesh.triangles.iter().flatten().any(|&corner| corner as usize >= corners) {
@@ -850,7 +873,10 @@ fn check_effects(draw: &Draw) -> Result<(), RenderError> {
             if draw.effects.vertex_colors && mesh.colors.len() < corners {
                 return Err(RenderError::Effects("corners are to have colours, but not all have one"));
             }
-            (GeometryKind::Mesh, false)
+            if draw.effects.color_map && mesh.uvs.len() < corners {
+                return Err(RenderError::Effects("there is a texture, but not all corners have texture coordinates"));
+            }
+            GeometryKind::Mesh
         }
         Geometry::Strokes(strokes) => {
             if draw.effects.lit() && !strokes.lit {
@@ -859,12 +885,9 @@ fn check_effects(draw: &Draw) -> Result<(), RenderError> {
             if draw.effects.vertex_colors && strokes.colors.len() < strokes.pieces.len() {
                 return Err(RenderError::Effects("the ends of lines are to have colours, but not all have one"));
             }
-            (GeometryKind::Strokes, false)
+            GeometryKind::Strokes
         }
-        Geometry::Terrain(terrain) => {
-            let kind = GeometryKind::of_terrain(&terrain.heights, draw.effects.geometry.is_loose());
-            (kind, terrain.color_map.is_some())
-        }
+        Geometry::Terrain(terrain) => GeometryKind::of_terrain(&terrain.heights, draw.effects.geometry.is_loose()),
     };
     if draw.effects.morph
         && let Geometry::Terrain(terrain) = &draw.geometry
@@ -887,6 +910,7 @@ fn check_effects(draw: &Draw) -> Result<(), RenderError> {
     if draw.effects.geometry != kind {
         return Err(RenderError::Effects("the effects are for another kind of geometry"));
     }
+    let has_map = draw.coloring.color_map.is_some();
     if draw.effects.color_map && draw.effects.debug_color == DebugColor::Plain && !has_map {
         return Err(RenderError::Effects("a colour map is asked for, but there is none"));
     }

@@ -32,17 +32,17 @@ impl Variant {
         format: wgpu::TextureFormat,
     ) -> Result<Self, RenderError> {
         let e = effects;
-        let colors = e.color_map
-            || e.ramp.is_some()
-            || e.contours
-            || e.detail_textures
-            || e.normal_map
-            || e.bump_map
-            || e.shadow;
+        let colors = e.ramp.is_some() || e.contours || e.detail_textures || e.normal_map || e.bump_map || e.shadow;
         if !e.geometry.is_terrain() && (colors || e.debug_color != DebugColor::Plain) {
             return Err(RenderError::Effects(
-                "maps, ramps, lines, shadows and colours for study are for terrains alone",
+                "ramps, lines, reliefs, shadows and colours for study are for terrains alone",
             ));
+        }
+        if e.geometry == GeometryKind::Strokes && e.color_map {
+            return Err(RenderError::Effects("lines and points have no textures"));
+        }
+        if e.geometry.is_terrain() && e.color_map_opacity {
+            return Err(RenderError::Effects("nothing shows through the colour map of a terrain"));
         }
         if !e.geometry.is_terrain() && e.morph {
             return Err(RenderError::Effects("heights that blend between levels are for terrains alone"));
@@ -85,7 +85,8 @@ impl Variant {
 
     /// Whether some fragments of a triangle are not drawn.
     pub(super) fn cut(&self) -> bool {
-        matches!(self.effects.style, Style::Lines | Style::Points) || self.effects.clip_planes > 0
+        let e = &self.effects;
+        matches!(e.style, Style::Lines | Style::Points) || e.clip_planes > 0 || e.color_map_opacity
     }
 
     /// Whether vertices are told their place in the patch by a list of indices, one after the other. Loose triangles have
@@ -129,6 +130,11 @@ impl Variant {
     /// Whether a mesh or a line has normals at its corners.
     pub(super) fn corner_normals(&self) -> bool {
         !self.terrain() && (self.effects.lit() || self.vertex().normal || self.fragment().normal)
+    }
+
+    /// Whether a mesh has texture coordinates at its corners.
+    pub(super) fn corner_uvs(&self) -> bool {
+        !self.terrain() && self.effects.color_map
     }
 
     /// Whether shaders of the scene's own ask for heights.
@@ -180,7 +186,10 @@ impl Variant {
             ("edges", self.edges()),
             ("cut", self.cut()),
             ("gradients", self.gradients()),
-            ("lattice", self.gradients() || e.color_map || e.detail_textures || e.shadow || from_lattice),
+            (
+                "lattice",
+                self.gradients() || self.terrain() && e.color_map || e.detail_textures || e.shadow || from_lattice,
+            ),
             ("relative_height", e.ramp == Some(RampBy::Height) || e.contours),
             ("ramp", e.ramp.is_some() || self.errors()),
             ("color_by_patch", self.color_by_patch()),

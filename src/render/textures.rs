@@ -112,15 +112,15 @@ impl ImageKey {
 fn image_in(draw: &Draw, slot: Slot) -> Option<&ColorMap> {
     let detail = draw.coloring.detail.as_ref();
     let texture = |k: usize| detail.and_then(|detail| detail.textures.get(k));
-    match (slot, &draw.geometry) {
-        (Slot::ColorMap | Slot::ColorMapSampler, Geometry::Terrain(terrain)) => terrain.color_map.as_ref(),
-        (Slot::DetailMask | Slot::DetailMaskSampler, _) => detail.map(|detail| &detail.mask),
-        (Slot::DetailTexture0 | Slot::DetailTextureSampler, _) => texture(0),
-        (Slot::NormalMap | Slot::NormalMapSampler, _) => draw.coloring.relief.as_ref().map(|relief| &relief.map),
-        (Slot::BumpMap | Slot::BumpMapSampler, _) => draw.coloring.bump.as_ref().map(|bump| &bump.map),
-        (Slot::DetailTexture1, _) => texture(1),
-        (Slot::DetailTexture2, _) => texture(2),
-        (Slot::DetailTexture3, _) => texture(3),
+    match slot {
+        Slot::ColorMap | Slot::ColorMapSampler => draw.coloring.color_map.as_ref(),
+        Slot::DetailMask | Slot::DetailMaskSampler => detail.map(|detail| &detail.mask),
+        Slot::DetailTexture0 | Slot::DetailTextureSampler => texture(0),
+        Slot::NormalMap | Slot::NormalMapSampler => draw.coloring.relief.as_ref().map(|relief| &relief.map),
+        Slot::BumpMap | Slot::BumpMapSampler => draw.coloring.bump.as_ref().map(|bump| &bump.map),
+        Slot::DetailTexture1 => texture(1),
+        Slot::DetailTexture2 => texture(2),
+        Slot::DetailTexture3 => texture(3),
         _ => None,
     }
 }
@@ -163,20 +163,22 @@ impl Textures {
             }
             _ => {}
         }
-        let Geometry::Terrain(terrain) = &draw.geometry else {
-            return Err(RenderError::Effects("the effects are for another kind of geometry"));
+        let field = || match &draw.geometry {
+            Geometry::Terrain(terrain) => Ok(&terrain.heights),
+            Geometry::Mesh(_) | Geometry::Strokes(_) => {
+                Err(RenderError::Effects("the effects are for another kind of geometry"))
+            }
         };
-        let field = &terrain.heights;
         let image = || image_in(draw, slot).ok_or(RenderError::Effects("an image is asked for, but there is none"));
         Ok(match slot {
-            Slot::Heights => (field.id(), Content::View(self.heights(gpu, field)?.view.clone())),
-            Slot::Gradients => (field.id(), Content::View(self.gradients(gpu, field)?.view.clone())),
+            Slot::Heights => (field()?.id(), Content::View(self.heights(gpu, field()?)?.view.clone())),
+            Slot::Gradients => (field()?.id(), Content::View(self.gradients(gpu, field()?)?.view.clone())),
             Slot::Shadow => {
                 let light = draw
                     .coloring
                     .shadow
                     .ok_or(RenderError::Effects("a shadow is asked for, but no light throws one"))?;
-                let shadow = self.shadows.get(gpu, field, light, &mut self.uploaded)?;
+                let shadow = self.shadows.get(gpu, field()?, light, &mut self.uploaded)?;
                 (shadow.id, Content::View(shadow.finished.view.clone()))
             }
             Slot::GradientSampler => {
@@ -202,13 +204,15 @@ impl Textures {
             let key = parameter_in(draw, place).map(|(map, colors)| ImageKey::of_parameter(map, *colors));
             return key.and_then(|key| self.colors.peek(&key)).map_or(0, |texture| texture.bytes);
         }
-        let Geometry::Terrain(terrain) = &draw.geometry else { return 0 };
-        let field = terrain.heights.id();
+        let field = match &draw.geometry {
+            Geometry::Terrain(terrain) => Some(terrain.heights.id()),
+            Geometry::Mesh(_) | Geometry::Strokes(_) => None,
+        };
         let colors = |map: &ColorMap| self.colors.peek(&ImageKey::new(map, slot));
         let texture = match slot {
-            Slot::Heights => self.heights.peek(&field),
-            Slot::Gradients => self.gradients.peek(&field),
-            Slot::Shadow => draw.coloring.shadow.and_then(|light| self.shadows.peek(field, light)),
+            Slot::Heights => field.and_then(|field| self.heights.peek(&field)),
+            Slot::Gradients => field.and_then(|field| self.gradients.peek(&field)),
+            Slot::Shadow => field.zip(draw.coloring.shadow).and_then(|(field, light)| self.shadows.peek(field, light)),
             slot if slot.is_sampler() => None,
             _ => image_in(draw, slot).and_then(colors),
         };

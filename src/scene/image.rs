@@ -2,8 +2,8 @@
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use thiserror::Error;
 
@@ -158,6 +158,8 @@ pub struct Image {
     height: u32,
     pixels: Pixels,
     id: u64,
+    /// Found out when it is asked for first.
+    opaque: OnceLock<bool>,
 }
 
 /// Intensity of a colour, the weights of the original implementation: 0.2989 R + 0.5870 G + 0.1141 B.
@@ -177,7 +179,7 @@ impl Image {
         if pixels.len() as u64 != u64::from(width) * u64::from(height) {
             return Err(ImageError::WrongCount { width, height, given: pixels.len() });
         }
-        Ok(Self { width, height, pixels, id: NEXT_ID.fetch_add(1, Ordering::Relaxed) })
+        Ok(Self { width, height, pixels, id: NEXT_ID.fetch_add(1, Ordering::Relaxed), opaque: OnceLock::new() })
     }
 
     /// Reads and decodes a file (PNG, JPEG, TIFF or PNM), told by its content, at its full depth.
@@ -229,6 +231,24 @@ impl Image {
     #[must_use]
     pub fn pixels(&self) -> &Pixels {
         &self.pixels
+    }
+
+    /// Whether nothing shows through, as the 8 bits that are drawn have it.
+    ///
+    /// ```
+    /// use seamount::scene::{Image, Pixels};
+    ///
+    /// assert!(Image::new(1, 1, Pixels::Rgba8(vec![[0, 0, 0, 255]]))?.is_opaque());
+    /// assert!(!Image::new(1, 1, Pixels::Rgba8(vec![[0, 0, 0, 254]]))?.is_opaque());
+    /// # Ok::<(), seamount::scene::ImageError>(())
+    /// ```
+    #[must_use]
+    pub fn is_opaque(&self) -> bool {
+        *self.opaque.get_or_init(|| match &self.pixels {
+            Pixels::Gray8(_) | Pixels::Gray16(_) | Pixels::GrayF32(_) => true,
+            Pixels::Rgba8(p) => p.iter().all(|&[.., alpha]| alpha == u8::MAX),
+            Pixels::Rgba16(p) => p.iter().all(|&[.., alpha]| wide(alpha) == u8::MAX),
+        })
     }
 
     /// An identity that no other image of this process has or will have.
@@ -284,8 +304,10 @@ impl Image {
             height: shared.height,
             pixels: shared.pixels.clone(),
             id: 0,
+            opaque: OnceLock::new(),
         });
         image.id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
+        image.opaque = OnceLock::new();
         let width = image.width.max(1) as usize;
         match (&mut image.pixels, with) {
             (Pixels::Gray8(p), Pixels::Gray8(with)) => copy(p, width, rect, with),
@@ -324,7 +346,6 @@ impl Image {
     /// The picture as 8-bit sRGB with alpha, for a colour texture.
     #[must_use]
     pub fn rgba8(&self) -> Vec<[u8; 4]> {
-        let wide = |v: u16| ((u32::from(v) + 128) / 257) as u8;
         match &self.pixels {
             Pixels::Gray8(p) => p.iter().map(|&v| [v, v, v, 255]).collect(),
             Pixels::Gray16(p) => p.iter().map(|&v| [wide(v), wide(v), wide(v), 255]).collect(),
@@ -339,6 +360,11 @@ impl Image {
             Pixels::Rgba16(p) => p.iter().map(|&c| c.map(wide)).collect(),
         }
     }
+}
+
+/// 16 bits as 8.
+fn wide(v: u16) -> u8 {
+    ((u32::from(v) + 128) / 257) as u8
 }
 
 fn colour_samples(values: impl Iterator<Item = f64>, depth: f64, void_sample: Option<f64>) -> (Samples, Voids) {

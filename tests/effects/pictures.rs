@@ -14,9 +14,11 @@ fn folder(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// The scenes by the name of their effect: those with it of all pairs, and what may be behind; seen from nearby.
+/// The scenes by the name of their effect: those with it, of the first pair each, and what may be behind; seen from nearby.
 fn scenes() -> Vec<(&'static str, Scene)> {
-    let mut scenes: Vec<_> = pairs().iter().map(|pair| (pair.effect, scene(pair.with))).collect();
+    let mut seen = BTreeSet::new();
+    let first = |pair: &&Pair| seen.insert(pair.effect);
+    let mut scenes: Vec<_> = pairs().iter().filter(first).map(|pair| (pair.effect, scene(pair.with))).collect();
     let behind = [None, Some(Color::new(0.2, 0.4, 0.8))];
     scenes.extend(BACKGROUNDS.into_iter().zip(behind).map(|(name, zenith)| {
         let behind = Background { color: Color::new(0.9, 0.8, 0.6), zenith };
