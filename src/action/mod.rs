@@ -57,13 +57,14 @@ pub use pick_cone::{Near, PickCone};
 #[cfg(feature = "render")]
 pub(crate) use program::function_in;
 pub use program::{DrawProgram, FragmentUses, ProgramCode, ShaderOrigin, ShaderText, ShaderUses, VertexUses};
+pub(crate) use program::{Program as SceneProgram, ProgramBasis};
 pub(crate) use ray::{Crossings, Meeting, meet_triangle};
 pub use ray::{Ray, RayError, intersect_triangle};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
 pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::{Interest, SearchAction};
 pub use state::{
-    Aspect, Branches, Credits, Extensions, GroupContext, LightSource, PlacedLight, PlacedPlane, Program,
+    Aspect, Branches, Credits, Extensions, GroupContext, LightSource, PlacedLight, PlacedPlane, Program, Properties,
     PropertyContext, ShapeContext, State, TextureBinding, TextureSource,
 };
 pub(crate) use state::{inverse, normal_matrix};

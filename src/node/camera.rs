@@ -110,6 +110,11 @@ crate::define_node! {
         /// Width over height of the picture, above 0, where it is cropped or stretched. Not read by `AdjustCamera`.
         pub aspect_ratio: f64 = 1.0,
     }
+    actions {
+        Render: "looks through the first camera, or the one that is named";
+        RayPick, HandleEvent: "send rays through its picture";
+        Callback, PrimitiveCount: "choose levels of detail for its picture";
+    }
     check |c: &PerspectiveCamera| {
         let mut found = problems(c.near_distance, c.far_distance, c.position, c.look_at);
         found.extend(bad_ratio(c.aspect_ratio));
@@ -168,6 +173,11 @@ crate::define_node! {
         pub viewport_mapping: ViewportMapping = ViewportMapping::AdjustCamera,
         /// Width over height of the picture, above 0, where it is cropped or stretched. Not read by `AdjustCamera`.
         pub aspect_ratio: f64 = 1.0,
+    }
+    actions {
+        Render: "looks through the first camera, or the one that is named";
+        RayPick, HandleEvent: "send rays through its picture";
+        Callback, PrimitiveCount: "choose levels of detail for its picture";
     }
     check |c: &OrthographicCamera| {
         let mut found = problems(c.near_distance, c.far_distance, c.position, c.look_at);
