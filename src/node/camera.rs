@@ -243,6 +243,11 @@ crate::define_node! {
         /// What becomes of the picture in a place of other proportions.
         pub viewport_mapping: ViewportMapping = ViewportMapping::AdjustCamera,
     }
+    actions {
+        Render: "looks through the first camera, or the one that is named";
+        RayPick, HandleEvent: "send rays through its picture";
+        Callback, PrimitiveCount: "choose levels of detail for its picture";
+    }
     check |c: &FrustumCamera| {
         let mut found = problems(c.near_distance, c.far_distance, c.position, c.look_at);
         if c.left >= c.right {
