@@ -269,6 +269,10 @@ fn pick_one() {
     assert_eq!(hits[0]["path"], serde_json::json!(["Separator", "box"]));
     assert_eq!((&hits[0]["surface"], &hits[0]["error_bound"]), (&"exact".into(), &0.0.into()));
     assert!(hits[0]["terrain"].is_null() && hits[0]["uv"].is_array());
+    assert_eq!((&hits[0]["object_point"], &hits[0]["object_normal"]), (&hits[0]["point"], &hits[0]["normal"]));
+    assert!(hits[0]["detail"]["triangle"]["index"].is_u64() && hits[0]["on_top"] == false);
+    let identity = serde_json::json!([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]);
+    assert_eq!((&hits[0]["local_to_world"], &hits[0]["world_to_local"]), (&identity, &identity));
     assert_eq!(json(&["pick", path(&cube), "--ray", "0,0,9,0,0,1", "--json"]), serde_json::json!({ "hits": [] }));
     assert_eq!(good(&["pick", path(&cube), "--ray", "0 0 9 0 0 1"]), "nothing hit\n");
     assert!(bad(1, &["pick", path(&cube), "--pixel", "0,0"]).contains("the scene has no camera"));
