@@ -112,7 +112,12 @@ fn probes() -> Vec<Probe> {
             "NormalBinding(value: Overall)",
             &[FACES],
         ),
-        seen("TextureCoordinate2", &[POINTS], "TextureCoordinate2(point: [(0, 0), (9, 0), (9, 9), (0, 5)])", &[FACES]),
+        seen(
+            "TextureCoordinate2",
+            &["Texture2(filename: \"colors.png\")", POINTS],
+            "TextureCoordinate2(point: [(0, 0), (9, 0), (9, 9), (0, 5)])",
+            &[FACES],
+        ),
         seen("Info", &[], "Info(string: \"x\")", &["Cube()"]),
         seen("Label", &[], "Label(label: \"x\")", &["Cube()"]),
         (
