@@ -63,7 +63,7 @@ pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
 pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::{Interest, SearchAction};
 pub use state::{
-    Aspect, Branches, Credits, Extensions, GroupContext, LightSource, PlacedLight, PlacedPlane, Program,
+    Aspect, Branches, Credits, Extensions, FontBinding, GroupContext, LightSource, PlacedLight, PlacedPlane, Program,
     PropertyContext, ShapeContext, State, TextureBinding, TextureSource,
 };
 pub(crate) use state::{inverse, normal_matrix};

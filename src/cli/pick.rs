@@ -255,6 +255,15 @@ struct Hit {
     surface: &'static str,
     error_bound: Option<f64>,
     terrain: Option<Terrain>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    text: Option<Text>,
+}
+
+/// Which character of a text it is.
+#[derive(Serialize)]
+struct Text {
+    string: usize,
+    character: usize,
 }
 
 /// What only a terrain can say.
@@ -295,6 +304,10 @@ impl Hit {
             }),
             _ => None,
         };
+        let text = match hit.detail {
+            HitDetail::Text(detail) => Some(Text { string: detail.string, character: detail.character }),
+            _ => None,
+        };
         Self {
             point: hit.point.to_array(),
             normal: hit.normal.to_array(),
@@ -304,6 +317,7 @@ impl Hit {
             surface: hit.surface.name(),
             error_bound: hit.error_bound,
             terrain,
+            text,
         }
     }
 }
