@@ -133,6 +133,47 @@ fn check_prints_mistakes_and_fails() {
     assert!(lines[3].starts_with("Cargo.toml:1:1: a scene file starts with"));
 }
 
+/// Mistakes in a scene's own shaders are found without drawing, and told as `render` tells them.
+#[test]
+fn check_compiles_shaders_as_render_does() {
+    let folder = tempfile::tempdir().unwrap();
+    write(
+        folder.path(),
+        "wrong.wgsl",
+        "fn fragment_shader(fragment: Fragment) -> vec3f {\n    return vec3f(read);\n}\n",
+    );
+    let scene = |name: &str, camera: &str, source: &str| {
+        let text = format!(
+            "Scene(version: 1, root: Separator(children: [{camera}\n  ShaderProgram(shader_object: [\n    \
+             FragmentShader(source_program: {source})\n  ]),\n  Cube(),\n]))"
+        );
+        write(folder.path(), name, &text)
+    };
+    let file = folder.path().join("wrong.wgsl");
+    let inline = "Wgsl(\"fn fragment_shader(fragment: Fragment) -> vec3f { return vec3f(read); }\")";
+    for camera in ["PerspectiveCamera(),", ""] {
+        let good_one =
+            scene("good.ron", camera, "Wgsl(\"fn fragment_shader(f: Fragment) -> vec3f { return f.color; }\")");
+        assert_eq!(good(&["check", path(&good_one)]), "");
+        for (name, source, place) in [
+            ("file.ron", "File(\"wrong.wgsl\")", format!("{}:2:18: ", file.display())),
+            ("inline.ron", inline, format!("{}:3:5: ", folder.path().join("inline.ron").display())),
+        ] {
+            let scene = scene(name, camera, source);
+            let output = run(&["check", path(&scene)]);
+            assert_eq!(output.status.code(), Some(1));
+            let said = text(&output.stdout);
+            assert!(said.starts_with(&place) && said.contains("`read`") && said.lines().count() == 1, "{said}");
+            if !camera.is_empty() {
+                let target = folder.path().join("never.png");
+                let drawn = bad(1, &["render", path(&scene), "-o", path(&target), "--size", "8x8"]);
+                assert!(drawn.contains(&format!("error: {said}")), "{drawn} does not say {said}");
+                assert!(!target.exists());
+            }
+        }
+    }
+}
+
 #[test]
 fn bbox() {
     let found = json(&["bbox", FUJI, "--json"]);
@@ -228,6 +269,10 @@ fn pick_one() {
     assert_eq!(hits[0]["path"], serde_json::json!(["Separator", "box"]));
     assert_eq!((&hits[0]["surface"], &hits[0]["error_bound"]), (&"exact".into(), &0.0.into()));
     assert!(hits[0]["terrain"].is_null() && hits[0]["uv"].is_array());
+    assert_eq!((&hits[0]["object_point"], &hits[0]["object_normal"]), (&hits[0]["point"], &hits[0]["normal"]));
+    assert!(hits[0]["detail"]["triangle"]["index"].is_u64() && hits[0]["on_top"] == false);
+    let identity = serde_json::json!([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]);
+    assert_eq!((&hits[0]["local_to_world"], &hits[0]["world_to_local"]), (&identity, &identity));
     assert_eq!(json(&["pick", path(&cube), "--ray", "0,0,9,0,0,1", "--json"]), serde_json::json!({ "hits": [] }));
     assert_eq!(good(&["pick", path(&cube), "--ray", "0 0 9 0 0 1"]), "nothing hit\n");
     assert!(bad(1, &["pick", path(&cube), "--pixel", "0,0"]).contains("the scene has no camera"));

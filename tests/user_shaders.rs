@@ -801,6 +801,54 @@ fn programs_survive_writing() {
     }
 }
 
+/// From frame to frame the code of a program is the same thing, whatever else is edited: nobody reads or compares its text again.
+#[test]
+fn a_program_is_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("own.wgsl");
+    std::fs::write(&file, fragment("return parameters.a;")).unwrap();
+    let mut b = Build::new();
+    let camera = b.scene.children(b.scene.root())[0];
+    let program = b.scene.add(b.scene.root(), ShaderProgram::default()).unwrap();
+    let source_program = ShaderSource::File(file.to_str().unwrap().to_owned());
+    let stage = b.scene.add(program, FragmentShader { source_program, ..Default::default() }).unwrap();
+    let value = ShaderValue::Vec3(0.0, 0.0, 0.0);
+    let parameter = b.scene.add(stage, ShaderParameter { name: "a".to_owned(), value }).unwrap();
+    b.add(Cube::default());
+    b.add(Cube::default());
+    let mut scene = b.scene;
+    let code = |scene: &Scene| {
+        let frame = frame(scene);
+        let codes: Vec<_> = frame.draws.iter().map(|draw| Arc::clone(&draw.program.as_ref().unwrap().code)).collect();
+        assert_eq!(codes.len(), 2);
+        assert!(Arc::ptr_eq(&codes[0], &codes[1]));
+        (Arc::clone(&codes[0]), frame.draws[0].program.as_ref().unwrap().values.to_vec())
+    };
+    let first = code(&scene);
+    scene.edit::<PerspectiveCamera>(camera).unwrap().height_angle *= 0.9;
+    let moved = code(&scene);
+    assert!(Arc::ptr_eq(&first.0, &moved.0), "a camera moved");
+    // An edit of the program is seen, and what compiles to the same is equal.
+    scene.edit::<ShaderParameter>(parameter).unwrap().value = ShaderValue::Vec3(1.0, 0.0, 0.0);
+    let edited = code(&scene);
+    assert_eq!((&edited.0, edited.1), (&first.0, vec![ShaderValue::Vec3(1.0, 0.0, 0.0)]));
+    // The file is read again when it is asked for, and not before.
+    std::fs::write(&file, fragment("return 0.5 * parameters.a;")).unwrap();
+    assert!(Arc::ptr_eq(&code(&scene).0, &edited.0));
+    scene.resources().forget();
+    let read = code(&scene).0;
+    assert!(read.texts[0].text.contains("0.5") && read != edited.0);
+    // Where a text in place stands is told by the path of its node, also after it has another.
+    let text = "fn fragment_shader(fragment: Fragment) -> vec3f { return vec3f(1.0) + parameters.a; }";
+    scene.edit::<FragmentShader>(stage).unwrap().source_program = ShaderSource::Wgsl(text.to_owned());
+    let origin = |scene: &Scene| code(scene).0.texts[0].origin.to_string();
+    let before = origin(&scene);
+    let root = scene.root();
+    scene.set_name(root, "top").unwrap();
+    assert_ne!(origin(&scene), before);
+    assert!(origin(&scene).contains("top"));
+}
+
 /// The report of effects names the program and counts its bytes.
 #[test]
 fn the_report_of_effects_names_the_program() {

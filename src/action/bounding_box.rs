@@ -34,6 +34,21 @@ pub struct BoundingBoxAction {
     pub path: Option<Path>,
     /// The view in which text, whose size is in pixels, is boxed by what it covers; without one a text is the point that it
     /// stands at.
+    ///
+    /// ```
+    /// use seamount::prelude::*;
+    ///
+    /// let mut scene = Scene::new();
+    /// let root = scene.root();
+    /// scene.add(root, OrthographicCamera { position: Some(DVec3::Z), height: 2.0, ..OrthographicCamera::default() })?;
+    /// scene.add(root, Text2 { string: "label".into(), ..Text2::default() })?;
+    /// let view = RenderAction::new(200, 100).viewpoint(&scene)?;
+    /// let place = BoundingBoxAction::default().apply(&scene)?.expect("a text");
+    /// assert_eq!(place.min, place.max);
+    /// let shown = BoundingBoxAction { view: Some(view), ..BoundingBoxAction::default() }.apply(&scene)?.expect("a text");
+    /// assert!(shown.size().x > 0.5 && shown.size().z == 0.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub view: Option<Viewpoint>,
 }
 

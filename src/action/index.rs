@@ -22,7 +22,7 @@ use super::{Aabb, ActionError, ActionKind, Branches, Ray, ShapeContext, State};
 use crate::node::{Reset, ResetTransform, Restores, Role, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
 
-/// Most shapes and blocks that are kept; larger scenes are walked. A place takes up to a kilobyte, most of it its State,
+/// Most shapes and blocks that are kept; larger scenes are walked. A place takes some hundred bytes, most of it its State,
 /// which it shares with its neighbours.
 const MOST: usize = 1 << 18;
 
@@ -46,6 +46,8 @@ pub(crate) struct Place {
     /// Whether its box does not decide whether a ray meets it: its map to the world magnifies rounding too much, or it says
     /// so itself.
     unboxed: bool,
+    /// The next place of its block.
+    next: Option<usize>,
 }
 
 /// A place of a group that restores all of the State.
@@ -57,8 +59,11 @@ struct Block {
     entry: Arc<State>,
     /// The blocks directly in it.
     inner: Vec<usize>,
-    /// Its own shapes, those of inner blocks left out.
-    places: Vec<usize>,
+    /// The first of its own shapes, those of inner blocks left out; each place says the next. Nearly every block has few, and a list
+    /// would be an allocation of its own.
+    first: Option<usize>,
+    /// The next block of the same node.
+    same: Option<usize>,
     /// What is here that needs care.
     special: Special,
 }
@@ -66,13 +71,13 @@ struct Block {
 #[derive(Debug, Clone, Copy, Default)]
 struct Special {
     /// Nodes that reset the box.
-    resets: usize,
+    resets: u32,
     /// Groups that look at the camera.
-    looks: usize,
+    looks: u32,
     /// Shapes that are picked before others.
-    on_top: usize,
+    on_top: u32,
     /// Cameras.
-    cameras: usize,
+    cameras: u32,
 }
 
 /// See the module.
@@ -80,8 +85,8 @@ struct Special {
 pub(crate) struct Index {
     blocks: Vec<Option<Block>>,
     free_blocks: Vec<usize>,
-    /// Blocks by the node of their group.
-    of_node: SecondaryMap<NodeKey, Vec<usize>>,
+    /// The first block of each node; each block says the next.
+    of_node: SecondaryMap<NodeKey, usize>,
     places: Vec<Option<Place>>,
     free_places: Vec<usize>,
     special: Special,
@@ -214,7 +219,7 @@ impl Index {
                 pending.extend_from_slice(scene.parents(key));
             }
         }
-        let mut ids: Vec<usize> = stale.iter().filter_map(|&key| self.of_node.get(key)).flatten().copied().collect();
+        let mut ids: Vec<usize> = stale.iter().flat_map(|&key| self.blocks_of(key)).collect();
         // Outer ones first: what is in them goes and comes with them.
         ids.sort_by_key(|&id| self.blocks.get(id).and_then(Option::as_ref).map_or(0, |block| block.path.len()));
         let (mut gone, mut come) = (Vec::new(), Vec::new());
@@ -241,22 +246,39 @@ impl Index {
         Some(())
     }
 
+    /// The blocks of a node.
+    fn blocks_of(&self, key: NodeKey) -> impl Iterator<Item = usize> + '_ {
+        let first = self.of_node.get(key).copied();
+        std::iter::successors(first, |&id| self.blocks.get(id)?.as_ref()?.same)
+    }
+
+    /// Takes a block from those of its node.
+    fn unlink(&mut self, id: usize) {
+        let Some(Some(block)) = self.blocks.get(id) else { return };
+        let (Some(key), same) = (block.path.tail(), block.same) else { return };
+        let before = self.blocks_of(key).take_while(|&other| other != id).last();
+        if let Some(Some(before)) = before.and_then(|before| self.blocks.get_mut(before)) {
+            before.same = same;
+        } else if let Some(same) = same {
+            self.of_node.insert(key, same);
+        } else {
+            self.of_node.remove(key);
+        }
+    }
+
     /// Takes a block and all in it away.
     fn remove(&mut self, id: usize, gone: &mut Vec<usize>) {
         let mut all = vec![id];
         let mut next = 0;
         while let Some(&id) = all.get(next) {
             next += 1;
+            self.unlink(id);
             let Some(block) = self.blocks.get_mut(id).and_then(Option::take) else { continue };
             all.extend_from_slice(&block.inner);
-            if let Some(blocks) = block.path.tail().and_then(|key| self.of_node.get_mut(key)) {
-                blocks.retain(|&other| other != id);
-            }
             self.special.subtract(block.special);
-            for place in block.places {
-                if let Some(slot) = self.places.get_mut(place) {
-                    *slot = None;
-                }
+            let mut next = block.first;
+            while let Some(place) = next {
+                next = self.places.get_mut(place).and_then(Option::take).and_then(|place| place.next);
                 self.unboxed.remove(&place);
                 self.free_places.push(place);
                 gone.push(place);
@@ -344,13 +366,12 @@ impl Visitor for Collect<'_> {
                     index: path.indices().next_back().unwrap_or(0),
                     entry: Arc::clone(state),
                     inner: Vec::new(),
-                    places: Vec::new(),
+                    first: None,
+                    same: self.index.of_node.get(key).copied(),
                     special: Special::default(),
                 };
                 let id = put(&mut self.index.blocks, &mut self.index.free_blocks, block);
-                if let Some(entry) = self.index.of_node.entry(key) {
-                    entry.or_default().push(id);
-                }
+                self.index.of_node.insert(key, id);
                 if let Some(Some(outer)) = self.open.last().and_then(|&outer| self.index.blocks.get_mut(outer)) {
                     outer.inner.push(id);
                 }
@@ -386,13 +407,15 @@ impl Visitor for Collect<'_> {
             self.special(Special { on_top: 1, ..Special::default() });
         }
         let unboxed = steepness(state) > STEEP || shape.beyond_box();
-        let place = Place { path: path.clone(), state: Arc::clone(state), bounds, unboxed };
+        let place = Place { path: path.clone(), state: Arc::clone(state), bounds, unboxed, next: None };
         let id = put(&mut self.index.places, &mut self.index.free_places, place);
         if unboxed {
             self.index.unboxed.insert(id);
         }
-        if let Some(Some(block)) = self.open.last().and_then(|&block| self.index.blocks.get_mut(block)) {
-            block.places.push(id);
+        if let Some(Some(block)) = self.open.last().and_then(|&block| self.index.blocks.get_mut(block))
+            && let Some(Some(place)) = self.index.places.get_mut(id)
+        {
+            place.next = block.first.replace(id);
         }
         self.added.push(id);
         Ok(Go::On)

@@ -41,4 +41,20 @@ impl ActionKind {
         ActionKind::HandleEvent,
         ActionKind::Other,
     ];
+
+    /// The name, as documentation has it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            ActionKind::Render => "render",
+            ActionKind::BoundingBox => "bounding box",
+            ActionKind::RayPick => "ray pick",
+            ActionKind::Search => "search",
+            ActionKind::Matrix => "matrix",
+            ActionKind::Callback => "callback",
+            ActionKind::PrimitiveCount => "primitive count",
+            ActionKind::HandleEvent => "handle event",
+            ActionKind::Other => "others",
+        }
+    }
 }

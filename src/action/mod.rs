@@ -57,6 +57,7 @@ pub use pick_cone::{Near, PickCone};
 #[cfg(feature = "render")]
 pub(crate) use program::function_in;
 pub use program::{DrawProgram, FragmentUses, ProgramCode, ShaderOrigin, ShaderText, ShaderUses, VertexUses};
+pub(crate) use program::{Program as SceneProgram, ProgramBasis};
 pub(crate) use ray::{Crossings, Meeting, meet_triangle};
 pub use ray::{Ray, RayError, intersect_triangle};
 pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
@@ -64,7 +65,7 @@ pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::{Interest, SearchAction};
 pub use state::{
     Aspect, Branches, Credits, Extensions, FontBinding, GroupContext, LightSource, PlacedLight, PlacedPlane, Program,
-    PropertyContext, ShapeContext, State, TextureBinding, TextureSource,
+    Properties, PropertyContext, ShapeContext, State, TextureBinding, TextureSource,
 };
 pub(crate) use state::{inverse, normal_matrix};
 pub use view::{View, ViewStatistics};

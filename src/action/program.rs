@@ -134,9 +134,22 @@ pub struct DrawProgram {
     pub eye_from_local: Mat3,
 }
 
+/// What the shaders of a program depend on beside its node.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct ProgramBasis {
+    /// Of the node and all below it.
+    version: Option<u64>,
+    /// Of what was read from files.
+    files: u64,
+    /// The file that names of files are relative to.
+    source: Option<PathBuf>,
+    /// Where the program stands; for errors.
+    path: Vec<String>,
+}
+
 /// A program as the scene has it, the same for all that is drawn with it.
-#[derive(Debug, Clone)]
-pub(super) struct Program {
+#[derive(Debug)]
+pub(crate) struct Program {
     pub(super) code: Arc<ProgramCode>,
     values: Arc<[ShaderValue]>,
     /// Unit of each texture, and whether its image has colours.
@@ -160,7 +173,7 @@ impl DrawContext<'_> {
         }
         let known = if fragments { &mut self.programs.both } else { &mut self.programs.vertex };
         if known.is_none() {
-            *known = Some(Arc::new(Program::new(self.shape.scene, key, fragments)?));
+            *known = Some(Program::of(self.shape.scene, key, fragments)?);
         }
         Ok(known.clone().filter(|program| program.code.uses != ShaderUses::default()))
     }
@@ -178,6 +191,17 @@ impl DrawContext<'_> {
 }
 
 impl Program {
+    /// As it was made for the last frame, if nothing has changed.
+    fn of(scene: &Scene, key: NodeKey, fragments: bool) -> Result<Arc<Self>, ShapeError> {
+        let basis = ProgramBasis {
+            version: scene.subtree_version(key),
+            files: scene.resources().version(),
+            source: scene.source().map(ToOwned::to_owned),
+            path: scene.some_path(key).names(scene),
+        };
+        scene.resources().program((key, fragments), basis, || Self::new(scene, key, fragments))
+    }
+
     fn new(scene: &Scene, key: NodeKey, fragments: bool) -> Result<Self, ShapeError> {
         let mut texts: Vec<ShaderText> = Vec::new();
         let mut uses = ShaderUses::default();

@@ -61,16 +61,12 @@ impl Ray {
     /// assert_eq!(Ray::new(DVec3::ZERO, DVec3::ZERO), Err(RayError::NoDirection));
     /// ```
     pub fn new(origin: DVec3, direction: DVec3) -> Result<Self, RayError> {
-        if !origin.is_finite() || !direction.is_finite() {
-            return Err(RayError::NotFinite { origin, direction });
-        }
-        if direction == DVec3::ZERO {
-            return Err(RayError::NoDirection);
-        }
+        let ray = Self { origin, direction, near: 0.0, far: f64::INFINITY };
+        ray.check()?;
         // Scaling by a power of two is exact; it keeps squares of tiny and huge directions in range.
         let exponent = direction.abs().max_element().log2().floor();
         let direction = direction * (-exponent).exp2();
-        Ok(Self { origin, direction: direction.normalize(), near: 0.0, far: f64::INFINITY })
+        Ok(Self { direction: direction.normalize(), ..ray })
     }
 
     /// The same ray with a range of distances.
@@ -79,11 +75,43 @@ impl Ray {
     ///
     /// [`RayError::Range`] when it is empty, starts before the origin, or is NaN.
     pub fn with_range(self, near: f64, far: f64) -> Result<Self, RayError> {
-        if near >= 0.0 && near.is_finite() && near <= far {
-            Ok(Self { near, far, ..self })
-        } else {
-            Err(RayError::Range { near, far })
+        let ray = Self { near, far, ..self };
+        ray.check().map(|()| ray)
+    }
+
+    /// Whether it is a ray: its fields can be set to anything.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Ray::new`] and [`Ray::with_range`].
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use seamount::action::Ray;
+    ///
+    /// let ray = Ray::new(DVec3::ZERO, DVec3::X)?;
+    /// assert!(ray.check().is_ok());
+    /// assert!(Ray { far: f64::NAN, ..ray }.check().is_err());
+    /// # Ok::<(), seamount::action::RayError>(())
+    /// ```
+    pub fn check(&self) -> Result<(), RayError> {
+        let Self { origin, direction, near, far } = *self;
+        if !origin.is_finite() || !direction.is_finite() {
+            return Err(RayError::NotFinite { origin, direction });
         }
+        if direction == DVec3::ZERO {
+            return Err(RayError::NoDirection);
+        }
+        let is_range = near >= 0.0 && near.is_finite() && near <= far;
+        if is_range { Ok(()) } else { Err(RayError::Range { near, far }) }
+    }
+
+    /// The length of t = 1: exactly 1 for directions of unit length, however they were rounded.
+    pub(crate) fn unit(&self) -> f64 {
+        let squared = self.direction.length_squared();
+        // With u = EPSILON / 2: normalizing is off by at most 5 u (3 of the square, halved by the root, and 1 each for root,
+        // inverse and product), the square of that by 10 u, and working it out adds 3 u.
+        if (squared - 1.0).abs() <= 8.0 * f64::EPSILON { 1.0 } else { self.direction.length() }
     }
 
     /// The point at parameter t.

@@ -291,7 +291,7 @@ impl Picker<'_> {
     ///
     /// # Errors
     ///
-    /// The first error, if a shape can not be had.
+    /// The first error, if a ray is none or a shape can not be had.
     pub fn pick_many(&self, rays: &[Ray], all: bool) -> Result<Vec<Vec<PickedPoint>>, ActionError> {
         use rayon::prelude::*;
         // A pick takes about a microsecond; smaller pieces of work would cost more to hand out.
@@ -303,7 +303,7 @@ impl Picker<'_> {
     ///
     /// # Errors
     ///
-    /// When a shape can not be had.
+    /// When the ray is none, or a shape can not be had.
     pub fn pick(&self, ray: &Ray, all: bool) -> Result<Vec<PickedPoint>, ActionError> {
         self.pick_of(ray, all, |_| true)
     }
@@ -326,8 +326,9 @@ impl Picker<'_> {
         wanted: fn(&HitDetail) -> bool,
         memo: Option<&Memo>,
     ) -> Result<Vec<PickedPoint>, ActionError> {
+        ray.check()?;
         let (far, local, found) = ([ray.far; 2], Vec::new(), Vec::new());
-        let mut pick = Pick { picker: self, ray: *ray, cone, far, all, wanted, memo, local, found };
+        let mut pick = Pick { picker: self, ray: *ray, unit: ray.unit(), cone, far, all, wanted, memo, local, found };
         if !pick.indexed()? {
             // Only the index keeps the paths of places where they are.
             pick.memo = None;
@@ -361,6 +362,8 @@ fn order(a: &PickedPoint, b: &PickedPoint) -> Ordering {
 struct Pick<'p, 's> {
     picker: &'p Picker<'s>,
     ray: Ray,
+    /// The length of its direction.
+    unit: f64,
     /// Where lines and points are met, if the ray goes through a picture.
     cone: Option<&'p PickCone>,
     /// How far the ray goes for shapes that are not on top and for those that are: up to the nearest hit of the same rank.
@@ -457,7 +460,7 @@ impl Visitor for Pick<'_, '_> {
             }
             // Most picks meet one thing; a list that grows by itself would begin with room for four.
             self.found.reserve_exact(usize::from(self.found.is_empty()));
-            self.found.push(picked(hit, state, path));
+            self.found.push(PickedPoint { distance: hit.t * self.unit, ..picked(hit, state, path) });
             if !self.all {
                 let far = self.far.iter_mut().skip(usize::from(style.on_top())).take(1);
                 far.for_each(|far| *far = far.min(hit.t));

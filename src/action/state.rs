@@ -2,6 +2,7 @@
 
 use std::any::{Any, TypeId};
 use std::cell::RefCell;
+use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::{Arc, LazyLock};
@@ -16,10 +17,38 @@ use crate::node::{
 use crate::scene::{Image, NodeKey, Path, Scene};
 
 /// The properties in force at a point of a walk.
+///
+/// Transforms come at nearly every shape and change where it is alone. All else is shared until it changes, and is read and written as
+/// if it stood here: `state.material` is that of [`State::properties`].
 #[derive(Debug, Clone)]
 pub struct State {
     /// From local to world coordinates.
     pub model: DAffine3,
+    /// The choice that a Switch inherits: that of the Switch before, or the number of the copy.
+    pub switch: i32,
+    /// Length of the unit that follows, in those of the world.
+    pub unit_length: f64,
+    /// All that does not say where things are.
+    pub properties: Arc<Properties>,
+}
+
+impl Deref for State {
+    type Target = Properties;
+
+    fn deref(&self) -> &Properties {
+        &self.properties
+    }
+}
+
+impl DerefMut for State {
+    fn deref_mut(&mut self) -> &mut Properties {
+        Arc::make_mut(&mut self.properties)
+    }
+}
+
+/// What the properties before a point of a walk have set, beside places.
+#[derive(Debug, Clone)]
+pub struct Properties {
     /// The material. No list of it is empty, unless somebody else than the nodes of this crate made it.
     pub material: Arc<Material>,
     /// Diffuse colours with their opacity as `0xRRGGBBAA`, instead of those of the material; empty for those.
@@ -38,10 +67,6 @@ pub struct State {
     pub program: Program,
     /// The camera met last.
     pub camera: Option<Arc<PlacedCamera>>,
-    /// The choice that a Switch inherits: that of the Switch before, or the number of the copy.
-    pub switch: i32,
-    /// Length of the unit that follows, in those of the world.
-    pub unit_length: f64,
     /// Points that sets of faces, lines and points refer to, in the coordinates of whoever uses them.
     pub coordinates: List<DVec3>,
     /// Normals for them; empty: worked out from the faces.
@@ -93,14 +118,19 @@ pub struct Extensions(Arc<Vec<Extension>>);
 
 type Extension = (TypeId, Arc<dyn Any + Send + Sync>);
 
-/// That of shapes without one: its lists are made once, and not at the start of each walk.
-static MATERIAL: LazyLock<Arc<Material>> = LazyLock::new(Arc::default);
+/// Those at the start of every walk: they are made once.
+static PROPERTIES: LazyLock<Arc<Properties>> = LazyLock::new(Arc::default);
 
 impl Default for State {
     fn default() -> Self {
+        Self { model: DAffine3::IDENTITY, switch: -1, unit_length: 1.0, properties: Arc::clone(&PROPERTIES) }
+    }
+}
+
+impl Default for Properties {
+    fn default() -> Self {
         Self {
-            model: DAffine3::IDENTITY,
-            material: Arc::clone(&MATERIAL),
+            material: Arc::default(),
             packed_colors: List::default(),
             material_binding: Binding::Overall,
             lights: Arc::default(),
@@ -109,8 +139,6 @@ impl Default for State {
             textures: Arc::default(),
             program: Program::default(),
             camera: None,
-            switch: -1,
-            unit_length: 1.0,
             coordinates: List::default(),
             normals: List::default(),
             normal_binding: Binding::default(),
@@ -223,6 +251,13 @@ impl State {
 
     /// The unit of the texture that meshes show: that of the program's colours if there is a texture on it, or else unit 0, the
     /// one of scenes that name none.
+    ///
+    /// ```
+    /// use seamount::action::State;
+    ///
+    /// let mut state = State::default();
+    /// assert_eq!((state.color_unit(), state.texture(0).is_some()), (0, false));
+    /// ```
     #[must_use]
     pub fn color_unit(&self) -> u32 {
         let unit = self.program.color_unit;

@@ -3,7 +3,7 @@ use seamount::prelude::*;
 use seamount::render::{DrawCost, Headless};
 use serde::Serialize;
 
-use super::{DrawArgs, Outcome, Output, SceneArg, in_file, load, size};
+use super::{DrawArgs, Outcome, Output, SceneArg, in_file, in_scene, load, size};
 
 /// List what each draw of a scene calls for, and what that costs.
 ///
@@ -48,7 +48,7 @@ pub(super) fn run(args: &Args) -> Outcome {
     let action = RenderAction { camera: args.by.camera.clone(), ..RenderAction::new(width, height) };
     let Explained { frame, background, draws } = action.explain(&scene).map_err(in_file(&args.scene.scene))?;
     let mut headless = Headless::new(args.by.adapter.as_deref())?;
-    headless.draw(&frame)?;
+    headless.draw(&frame).map_err(in_scene(&args.scene.scene))?;
     let costs = headless.costs(&frame)?;
     let mut out = Output::new();
     let mut list = |path: &[String], asked: &[Asked], cost: Option<&DrawCost>| match args.json {

@@ -20,8 +20,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use seamount::action::ShaderOrigin;
 use seamount::format;
 use seamount::prelude::*;
+use seamount::render::RenderError;
 use serde::Serialize;
 
 /// Scene graphs with seamless terrain: draw them, and ask where a ray meets the ground.
@@ -165,6 +167,19 @@ fn in_file(path: &Path) -> impl Fn(ActionError) -> Failure + Sync {
             Failure::Error(format!("{}:{error}", path.display()))
         }
         _ => Failure::Error(format!("{}: {error}", path.display())),
+    }
+}
+
+/// Puts the scene's name before mistakes in shaders that stand in it; those in files of their own have theirs.
+fn in_scene(path: &Path) -> impl Fn(RenderError) -> Failure {
+    let path = path.to_owned();
+    move |error| match &error {
+        RenderError::UserShader { origin: ShaderOrigin::Node(place), .. } if place.file.is_none() => {
+            let colon = if place.position.is_some() { ":" } else { ": " };
+            Failure::Error(format!("{}{colon}{error}", path.display()))
+        }
+        RenderError::Parameter { .. } => Failure::Error(format!("{}: {error}", path.display())),
+        _ => Failure::Error(error.to_string()),
     }
 }
 

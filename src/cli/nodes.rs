@@ -25,7 +25,15 @@ struct NodeJson {
     family: &'static str,
     doc: String,
     children: Option<ChildrenJson>,
+    actions: Vec<ActionsJson>,
     fields: Vec<FieldJson>,
+}
+
+/// What some actions do with the node; those that are not named pass it by.
+#[derive(Debug, Serialize)]
+struct ActionsJson {
+    actions: Vec<&'static str>,
+    text: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -49,6 +57,14 @@ impl NodeJson {
             family: info.family,
             doc: plain(info.doc),
             children: info.children.map(|rule| ChildrenJson { field: rule.field, only: rule.only }),
+            actions: info
+                .actions
+                .iter()
+                .map(|note| ActionsJson {
+                    actions: note.actions.iter().map(|action| action.name()).collect(),
+                    text: note.text,
+                })
+                .collect(),
             fields: info
                 .fields
                 .iter()

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 use seamount::action::{Picker, Surface};
-use seamount::node::HitDetail;
+use seamount::node::{FaceDetail, HitDetail, LineDetail, PointDetail, TextDetail};
 use seamount::prelude::*;
 use serde::Serialize;
 
@@ -254,16 +254,27 @@ struct Hit {
     path: Vec<String>,
     surface: &'static str,
     error_bound: Option<f64>,
+    on_top: bool,
+    object_point: [f64; 3],
+    object_normal: [f64; 3],
+    smooth_normal: [f64; 3],
+    /// The images of the three axes and of the origin.
+    local_to_world: [[f64; 3]; 4],
+    world_to_local: [[f64; 3]; 4],
+    /// What other shapes than terrains can say.
+    detail: Option<Detail>,
     terrain: Option<Terrain>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    text: Option<Text>,
 }
 
-/// Which character of a text it is.
+/// What a kind of shape can say, under the name of what was hit.
 #[derive(Serialize)]
-struct Text {
-    string: usize,
-    character: usize,
+#[serde(rename_all = "snake_case")]
+enum Detail {
+    Triangle { index: usize },
+    Face { face: usize, part: usize, points: [usize; 3], barycentric: [f64; 3] },
+    Line { line: usize, piece: usize, points: [usize; 2], along: f64 },
+    Point { index: usize, point: usize },
+    Text { string: usize, character: usize },
 }
 
 /// What only a terrain can say.
@@ -304,8 +315,16 @@ impl Hit {
             }),
             _ => None,
         };
-        let text = match hit.detail {
-            HitDetail::Text(detail) => Some(Text { string: detail.string, character: detail.character }),
+        let detail = match hit.detail {
+            HitDetail::Triangle { index } => Some(Detail::Triangle { index }),
+            HitDetail::Face(FaceDetail { face, part, points, barycentric }) => {
+                Some(Detail::Face { face, part, points, barycentric })
+            }
+            HitDetail::Line(LineDetail { line, piece, points, along }) => {
+                Some(Detail::Line { line, piece, points, along })
+            }
+            HitDetail::Point(PointDetail { index, point }) => Some(Detail::Point { index, point }),
+            HitDetail::Text(TextDetail { string, character }) => Some(Detail::Text { string, character }),
             _ => None,
         };
         Self {
@@ -316,8 +335,14 @@ impl Hit {
             path: hit.path.names(scene),
             surface: hit.surface.name(),
             error_bound: hit.error_bound,
+            on_top: hit.on_top,
+            object_point: hit.object_point.to_array(),
+            object_normal: hit.object_normal.to_array(),
+            smooth_normal: hit.smooth_normal.to_array(),
+            local_to_world: hit.local_to_world.to_cols_array_2d(),
+            world_to_local: hit.world_to_local().to_cols_array_2d(),
+            detail,
             terrain,
-            text,
         }
     }
 }

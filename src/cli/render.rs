@@ -10,7 +10,7 @@ use seamount::prelude::*;
 use seamount::render::Headless;
 use serde::Serialize;
 
-use super::{DrawArgs, Outcome, Output, SceneArg, in_file, load, size};
+use super::{DrawArgs, Outcome, Output, SceneArg, in_file, in_scene, load, size};
 
 /// Draw a scene into a picture.
 #[derive(Debug, clap::Args)]
@@ -108,7 +108,7 @@ pub(super) fn run(args: &Args) -> Outcome {
     progress.step("starting the graphics adapter");
     let mut headless = Headless::new(args.by.adapter.as_deref())?;
     progress.step(&format!("drawing with {}", headless.adapter().name));
-    let picture = headless.draw(&frame)?;
+    let picture = headless.draw(&frame).map_err(in_scene(path))?;
     progress.step(&format!("writing {}", args.output.display()));
     picture.save_png(&args.output)?;
     progress.end();

@@ -1,6 +1,7 @@
 //! The description of all kinds of node, from the same table that reads and writes them.
 
 use super::{MAX_NESTING, VERSION};
+use crate::action::ActionKind;
 use crate::node::{NodeInfo, Registry};
 
 /// The language of scene files and every kind of node in a registry, as a page of Markdown.
@@ -49,6 +50,7 @@ node  = Kind(field: value, …, children: [node, …])      // Kind alone is Kin
 
 "
     );
+    page.push_str(ACTIONS);
     for (family, title, text) in FAMILIES {
         page.push_str(&format!("## {title}\n\n{text}\n\n"));
         for info in registry.kinds().filter(|info| info.family == *family) {
@@ -59,6 +61,22 @@ node  = Kind(field: value, …, children: [node, …])      // Kind alone is Kin
     page.push('\n');
     page
 }
+
+/// What the actions do with nodes whatever their kind.
+const ACTIONS: &str = "\
+## Actions
+
+What each action does with a kind of node stands with the kind. With all kinds alike:
+
+- **Search** finds a node by its name, its kind or itself.
+- **Write** writes its kind, its name and the fields that differ from their defaults. What only code can give, such as a function or
+  an image in memory, is in no file.
+- **Callback** calls functions before and after it; they are given the State, where they find what properties have changed.
+- **Matrix** is the way from the coordinates at the end of a path to those of the world.
+- **Primitive count** counts the triangles, lines and points that a callback is handed.
+- **Handle event** hands events to EventCallbacks, and picks what is under the pointer where one of them asks for that.
+
+";
 
 /// Families with their titles, and what they have in common.
 const FAMILIES: &[(&str, &str, &str)] = &[
@@ -89,6 +107,7 @@ pub fn describe_node(info: &NodeInfo) -> String {
     if let Some(rule) = info.children {
         text.push_str(&format!("Children: `{}: […]`, {}.\n\n", rule.field, rule.describe()));
     }
+    text.push_str(&describe_actions(info));
     if !info.fields.is_empty() {
         text.push_str("| Field | Type | Default | |\n|---|---|---|---|\n");
         for field in info.fields {
@@ -103,6 +122,36 @@ pub fn describe_node(info: &NodeInfo) -> String {
         }
         text.push('\n');
     }
+    text
+}
+
+/// What each kind of action does with a kind of node, as a list.
+fn describe_actions(info: &NodeInfo) -> String {
+    let names = |actions: &[ActionKind]| {
+        let named = actions.iter().filter(|&&action| action != ActionKind::Other || info.family == "property");
+        named.map(|action| action.name()).collect::<Vec<_>>().join(", ")
+    };
+    let mut text = String::new();
+    for note in info.actions {
+        text.push_str(&format!("- {}: {}\n", names(note.actions), note.text));
+    }
+    let all_alike = [ActionKind::Search, ActionKind::Other];
+    let named = |action: &ActionKind| info.actions.iter().any(|note| note.actions.contains(action));
+    let passing: Vec<_> =
+        ActionKind::ALL.into_iter().filter(|action| !all_alike.contains(action) && !named(action)).collect();
+    match passing.as_slice() {
+        [] => {}
+        [one] => text.push_str(&format!("- {}: passes it by\n", one.name())),
+        several => text.push_str(&format!("- {}: pass it by\n", names(several))),
+    }
+    if !named(&ActionKind::Search) {
+        text.push_str("- search: finds it\n");
+    }
+    text.push_str(if info.children.is_some() {
+        "- write: writes it and its children\n\n"
+    } else {
+        "- write: writes it\n\n"
+    });
     text
 }
 

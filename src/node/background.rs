@@ -23,6 +23,9 @@ crate::define_node! {
         /// Colour of the sky straight above. None: `color` everywhere.
         pub zenith: Option<Color> = None,
     }
+    actions {
+        Render: "puts it behind everything";
+    }
 }
 
 impl PropertyNode for Background {

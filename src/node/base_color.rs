@@ -15,6 +15,9 @@ crate::define_node! {
         /// The colour, sRGB 0..1; or several, which a [`MaterialBinding`](crate::node::MaterialBinding) hands out.
         pub rgb: List<Color> = Color::new(0.8, 0.8, 0.8).into(),
     }
+    actions {
+        Render: "draws what follows in these colours";
+    }
 }
 
 impl PropertyNode for BaseColor {

@@ -25,6 +25,9 @@ crate::define_node! {
         /// Difference of height between black and white, local units; below 0 black is high.
         pub height: f64 = 10.0,
     }
+    actions {
+        Render: "roughens the light on terrains that follow";
+    }
     check |b: &BumpMap| {
         let mut problems = Vec::new();
         if !(b.size > 0.0 && b.size.is_finite()) {

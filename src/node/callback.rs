@@ -51,6 +51,10 @@ crate::define_node! {
         /// The function.
         pub function: Option<CallbackFunction> = None,
     }
+    actions {
+        Render, BoundingBox, RayPick, Search, Matrix, Callback, PrimitiveCount, HandleEvent, Other:
+            "call its function, which may change the State for what follows";
+    }
 }
 
 impl Callback {

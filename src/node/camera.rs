@@ -70,6 +70,11 @@ crate::define_node! {
         /// Furthest distance seen. None: no limit.
         pub far_distance: Option<f64> = None,
     }
+    actions {
+        Render: "looks through the first camera, or the one that is named";
+        RayPick, HandleEvent: "send rays through its picture";
+        Callback, PrimitiveCount: "choose levels of detail for its picture";
+    }
     check |c: &PerspectiveCamera| {
         let mut found = problems(c.near_distance, c.far_distance, c.position, c.look_at);
         if !(c.height_angle > 0.0 && c.height_angle < std::f64::consts::PI) {
@@ -120,6 +125,11 @@ crate::define_node! {
         pub near_distance: Option<f64> = None,
         /// Furthest distance seen. None: fitted to the scene.
         pub far_distance: Option<f64> = None,
+    }
+    actions {
+        Render: "looks through the first camera, or the one that is named";
+        RayPick, HandleEvent: "send rays through its picture";
+        Callback, PrimitiveCount: "choose levels of detail for its picture";
     }
     check |c: &OrthographicCamera| {
         let mut found = problems(c.near_distance, c.far_distance, c.position, c.look_at);

@@ -122,6 +122,9 @@ crate::define_node! {
         /// slopes from level to 45°.
         pub range: Option<DVec2> = None,
     }
+    actions {
+        Render: "colours terrains that follow by it";
+    }
     check |r: &ColorRamp| match r.range {
         Some(DVec2 { x, y }) if x == y => {
             vec![FieldProblem::new("range", format!("({x}, {y}) is one value: the colours need two to lie between"))]

@@ -18,6 +18,10 @@ crate::define_node! {
         /// 0.8 mipmaps, nearest; 0.9 and 1.0 linear and mipmaps.
         pub texture_quality: f64 = 0.5,
     }
+    actions {
+        Render: "chooses detail and filters textures by it";
+        RayPick, HandleEvent, Callback, PrimitiveCount: "take the detail that is drawn";
+    }
     check |c: &Complexity| {
         [("value", c.value), ("texture_quality", c.texture_quality)]
             .into_iter()

@@ -23,6 +23,9 @@ crate::define_node! {
         /// Colour, sRGB 0..1.
         pub color: Color = Color::new(0.35, 0.22, 0.12),
     }
+    actions {
+        Render: "draws them on terrains that follow";
+    }
     check |c: &ContourLines| {
         [("interval", c.interval), ("width", c.width.into())]
             .into_iter()

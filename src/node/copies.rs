@@ -68,6 +68,10 @@ crate::define_node! {
         /// From one copy to the next in the third direction, local units.
         pub separation3: DVec3 = DVec3::Z,
     }
+    actions {
+        Render, BoundingBox, RayPick, Search, Matrix, Callback, PrimitiveCount, HandleEvent:
+            "walk the children once per copy";
+    }
 }
 
 impl GroupNode for Array {
@@ -112,6 +116,10 @@ crate::define_node! {
     pub struct MultipleCopy: group(ChildRule::ANY) {
         /// One matrix per copy, from the copy's coordinates to those of the group.
         pub matrix: List<Matrix> = List::from([Matrix::IDENTITY]),
+    }
+    actions {
+        Render, BoundingBox, RayPick, Search, Matrix, Callback, PrimitiveCount, HandleEvent:
+            "walk the children once per copy";
     }
 }
 

@@ -33,6 +33,9 @@ crate::define_node! {
         /// Length in local units that a texture covers before it repeats; above 0.
         pub size: f64 = 1000.0,
     }
+    actions {
+        Render: "lays them over terrains that follow";
+    }
     check |d: &DetailTextures| {
         if d.size > 0.0 && d.size.is_finite() {
             Vec::new()

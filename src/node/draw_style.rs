@@ -47,6 +47,9 @@ crate::define_node! {
         /// Colour of lines on filled faces, sRGB 0..1.
         pub line_color: Color = Color::new(0.1, 0.1, 0.1),
     }
+    actions {
+        Render: "draws what follows in this style";
+    }
     check |d: &DrawStyle| {
         [("line_width", d.line_width), ("point_size", d.point_size)]
             .into_iter()

@@ -48,6 +48,9 @@ crate::define_node! {
         /// up to the camera's far plane or, where it has none, the far end of the scene.
         pub fog_visibility: f64 = 0.0,
     }
+    actions {
+        Render: "draws what follows in this air and light from the surroundings";
+    }
     check |e: &Environment| {
         let mut problems = Vec::new();
         if e.ambient_intensity < 0.0 {

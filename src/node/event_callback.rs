@@ -28,6 +28,9 @@ crate::define_node! {
         /// The functions, each with what it waits for.
         pub functions: Vec<(EventType, EventFunction)> = Vec::new(),
     }
+    actions {
+        HandleEvent: "calls its functions with the event";
+    }
 }
 
 impl EventCallback {

@@ -20,6 +20,10 @@ crate::define_node! {
         /// Name of the scene file, relative to the folder of the file in which it stands. Empty shows nothing.
         pub name: String = String::new(),
     }
+    actions {
+        Render, BoundingBox, RayPick, Search, Matrix, Callback, PrimitiveCount, HandleEvent:
+            "walk what is in the file, as the child of a Group";
+    }
 }
 
 impl GroupNode for File {

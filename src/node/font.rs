@@ -21,6 +21,10 @@ crate::define_node! {
         /// The em in pixels, above 0 up to 1024. Points of Open Inventor's are pixels.
         pub size: f64 = 10.0,
     }
+    actions {
+        Render: "draws text in it";
+        RayPick, HandleEvent: "meet the characters of text where it puts them";
+    }
     check |font: &Font| {
         let mut problems = Vec::new();
         if !is_size(font.size) {

@@ -16,6 +16,10 @@ crate::define_node! {
         /// The points, in local coordinates of the shape that uses them.
         pub point: List<DVec3> = List::from([DVec3::ZERO]),
     }
+    actions {
+        Render, BoundingBox, RayPick, HandleEvent, Callback, PrimitiveCount:
+            "take the points of sets of faces, lines and points from it";
+    }
 }
 
 impl PropertyNode for Coordinate3 {
@@ -36,6 +40,10 @@ crate::define_node! {
     pub struct Normal: property {
         /// The normals, any length but zero, in local coordinates of the shape that uses them.
         pub vector: List<DVec3> = List::default(),
+    }
+    actions {
+        Render: "lights sets of faces, lines and points by these normals";
+        RayPick, HandleEvent, Callback: "say them with what is hit or handed out";
     }
     check |n: &Normal| {
         let zero = n.vector.iter().position(|v| *v == DVec3::ZERO);
@@ -106,6 +114,10 @@ crate::define_node! {
         /// What each normal belongs to.
         pub value: Binding = Binding::PerVertexIndexed,
     }
+    actions {
+        Render: "lights sets of faces, lines and points by these normals";
+        RayPick, HandleEvent, Callback: "say them with what is hit or handed out";
+    }
 }
 
 impl PropertyNode for NormalBinding {
@@ -126,6 +138,11 @@ crate::define_node! {
     pub struct TextureCoordinate2: property {
         /// The coordinates, (0, 0) at the lower left corner of the image and (1, 1) at the upper right.
         pub point: List<DVec2> = List::default(),
+    }
+    actions {
+        Render: "lays the texture by them";
+        RayPick, HandleEvent: "say the texture coordinates of what was hit";
+        Callback: "hands triangles out with them";
     }
 }
 
@@ -158,6 +175,10 @@ crate::define_node! {
         pub ordered_rgba: List<u32> = List::default(),
         /// What each colour belongs to, as in MaterialBinding; counts where there are colours.
         pub material_binding: Binding = Binding::Overall,
+    }
+    actions {
+        Render, BoundingBox, RayPick, HandleEvent, Callback, PrimitiveCount:
+            "take points, normals, colours and texture coordinates of sets of faces, lines and points from it";
     }
 }
 
@@ -240,6 +261,10 @@ crate::define_node! {
         /// Where faces meet at less than this angle in radians the edge is smooth, in normals that are worked out; 0: no edge
         /// is.
         pub crease_angle: f64 = 0.0,
+    }
+    actions {
+        Render: "draws the sides of what follows that can be seen";
+        RayPick, HandleEvent, Callback: "make triangles and normals of sets of faces by it";
     }
     check |h: &ShapeHints| {
         if (0.0..=std::f64::consts::PI).contains(&h.crease_angle) {

@@ -11,6 +11,7 @@ crate::define_node! {
         /// The text.
         pub string: String = "<Undefined info>".to_owned(),
     }
+    actions {}
 }
 
 impl PropertyNode for Info {
@@ -31,6 +32,7 @@ crate::define_node! {
         /// The word.
         pub label: String = "<Undefined label>".to_owned(),
     }
+    actions {}
 }
 
 impl PropertyNode for Label {

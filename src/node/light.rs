@@ -48,6 +48,9 @@ crate::define_node! {
         /// bytes on the device per sample of the map, and a pass over the map when the light turns.
         pub shadow: bool = false,
     }
+    actions {
+        Render: "lights what follows with it";
+    }
     check |l: &DirectionalLight| {
         let mut problems: Vec<_> = check_intensity(l.intensity).into_iter().collect();
         problems.extend(check_direction(l.direction));
@@ -88,6 +91,9 @@ crate::define_node! {
         pub color: Color = Color::WHITE,
         /// Where it stands, in local coordinates.
         pub location: DVec3 = DVec3::Z,
+    }
+    actions {
+        Render: "lights what follows with it";
     }
     check |l: &PointLight| check_intensity(l.intensity).into_iter().collect();
 }
@@ -130,6 +136,9 @@ crate::define_node! {
         pub drop_off_rate: f32 = 0.0,
         /// Angle between the axis and the edge of the cone in radians, 0..π/2.
         pub cut_off_angle: f64 = std::f64::consts::FRAC_PI_4,
+    }
+    actions {
+        Render: "lights what follows with it";
     }
     check |l: &SpotLight| {
         let mut problems: Vec<_> = check_intensity(l.intensity).into_iter().chain(check_direction(l.direction)).collect();

@@ -28,6 +28,9 @@ crate::define_node! {
         /// The model.
         pub model: LightingModel = LightingModel::Phong,
     }
+    actions {
+        Render: "draws what follows with or without regard to light";
+    }
 }
 
 impl PropertyNode for LightModel {

@@ -320,6 +320,13 @@ crate::define_node! {
         /// Number of points of each line; −1: all that are left.
         pub num_vertices: List<i32> = List::from([-1]),
     }
+    actions {
+        Render: "draws it, in pixels wide";
+        BoundingBox: "holds its places, without their width";
+        RayPick, HandleEvent: "meet it within a radius in the picture; a ray of the world does not";
+        Callback: "hands out its lines";
+        PrimitiveCount: "counts them";
+    }
 }
 
 impl LineSet {
@@ -348,6 +355,13 @@ crate::define_node! {
         pub normal_index: List<i32> = List::from([-1]),
         /// Indices of the colours, as those of the normals, as the MaterialBinding says; -1: the same as `coord_index`.
         pub material_index: List<i32> = List::from([-1]),
+    }
+    actions {
+        Render: "draws it, in pixels wide";
+        BoundingBox: "holds its places, without their width";
+        RayPick, HandleEvent: "meet it within a radius in the picture; a ray of the world does not";
+        Callback: "hands out its lines";
+        PrimitiveCount: "counts them";
     }
 }
 
@@ -384,6 +398,13 @@ crate::define_node! {
         pub start_index: i32 = 0,
         /// Number of points; −1: all that are left.
         pub num_points: i32 = -1,
+    }
+    actions {
+        Render: "draws it, in pixels wide";
+        BoundingBox: "holds its places, without their width";
+        RayPick, HandleEvent: "meet it within a radius in the picture; a ray of the world does not";
+        Callback: "hands out its points";
+        PrimitiveCount: "counts them";
     }
 }
 

@@ -44,6 +44,10 @@ crate::define_node! {
         /// second, and so on. Children beyond the one after the last distance are never seen.
         pub range: List<f64> = List::default(),
     }
+    actions {
+        Render, RayPick, Callback, PrimitiveCount: "walk the child that is seen; without a camera the first";
+        BoundingBox, Search, Matrix, HandleEvent: "walk all children, each as if it were the only one";
+    }
     check |l: &Lod| {
         if l.range.windows(2).all(|pair| pair[0] <= pair[1]) {
             Vec::new()
@@ -85,6 +89,10 @@ crate::define_node! {
         /// Areas in pixels: the first child is seen when it is larger than the first, the second when larger than the
         /// second, and so on; the last child when smaller than all.
         pub screen_area: List<f64> = List::from([0.0]),
+    }
+    actions {
+        Render, RayPick, Callback, PrimitiveCount: "walk the child that is seen; without a camera the first";
+        BoundingBox, Search, Matrix, HandleEvent: "walk all children, each as if it were the only one";
     }
 }
 

@@ -34,6 +34,9 @@ crate::define_node! {
         /// 0.
         pub transparency: List<f32> = List::from(0.0),
     }
+    actions {
+        Render: "draws what follows in these colours";
+    }
     check |m: &Material| {
         let out = |field: &'static str, list: &List<f32>| {
             let (place, value) = list.iter().enumerate().find(|(_, value)| !(0.0..=1.0).contains(*value))?;
@@ -92,6 +95,10 @@ crate::define_node! {
     pub struct MaterialBinding: property {
         /// What each colour belongs to.
         pub value: Binding = Binding::Overall,
+    }
+    actions {
+        Render: "draws each part, face or corner of what follows in its colour";
+        Callback: "hands triangles out with the numbers of their colours";
     }
 }
 

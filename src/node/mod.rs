@@ -180,6 +180,9 @@ pub struct NodeInfo {
     pub family: &'static str,
     /// Documentation, as in the source.
     pub doc: &'static str,
+    /// What the kinds of action do with it; those that are not named pass it by. Searching and writing do with all kinds
+    /// alike what they do.
+    pub actions: &'static [ActionNote],
     /// Whether and which children it takes.
     pub children: Option<ChildRule>,
     /// Its fields in order.
@@ -194,6 +197,34 @@ impl NodeInfo {
     pub fn field(&self, name: &str) -> Option<&'static FieldInfo> {
         self.fields.iter().find(|f| f.name == name)
     }
+}
+
+/// What some kinds of action do with a kind of node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ActionNote {
+    /// The actions.
+    pub actions: &'static [ActionKind],
+    /// What they do: the rest of a sentence that they begin.
+    pub text: &'static str,
+}
+
+impl ActionNote {
+    /// Of a property that does not say.
+    pub const PROPERTY: &'static [ActionNote] =
+        &[ActionNote { actions: &ActionKind::ALL, text: "give what follows the State that it changes" }];
+
+    /// Of a group that does not say.
+    pub const GROUP: &'static [ActionNote] =
+        &[ActionNote { actions: &ActionKind::ALL, text: "walk its children in order" }];
+
+    /// Of a shape that does not say.
+    pub const SHAPE: &'static [ActionNote] = &[
+        ActionNote { actions: &[ActionKind::Render], text: "draws it" },
+        ActionNote { actions: &[ActionKind::BoundingBox], text: "holds its box" },
+        ActionNote { actions: &[ActionKind::RayPick, ActionKind::HandleEvent], text: "meet it with rays" },
+        ActionNote { actions: &[ActionKind::Callback], text: "hands out its triangles" },
+        ActionNote { actions: &[ActionKind::PrimitiveCount], text: "counts them" },
+    ];
 }
 
 /// What children a kind of node takes.
@@ -589,7 +620,8 @@ pub trait ShapeNode: Node {
 ///
 /// `family` is `property`, `group` or `shape`; implement [`PropertyNode`], [`GroupNode`] or [`ShapeNode`] for the type. Groups name
 /// their [`ChildRule`]. Fields have documentation, a type that implements [`FieldValue`] and a default. Fields after
-/// `transient` are not in files. An optional `check` names a function `fn(&T) -> Vec<FieldProblem>`.
+/// `transient` are not in files. An optional `actions` says what which kinds of action do with the node, where that is not what
+/// they do with all of its family: [`ActionNote`]. An optional `check` names a function `fn(&T) -> Vec<FieldProblem>`.
 ///
 /// # Example
 ///
@@ -604,6 +636,9 @@ pub trait ShapeNode: Node {
 ///         /// How far, in local units.
 ///         pub height: f64 = 1.0,
 ///     }
+///     actions {
+///         Render, BoundingBox, RayPick, HandleEvent, Matrix, Callback: "place what follows higher";
+///     }
 /// }
 ///
 /// impl PropertyNode for Lift {
@@ -614,6 +649,7 @@ pub trait ShapeNode: Node {
 ///
 /// assert_eq!(Lift::default().height, 1.0);
 /// assert_eq!(Lift::INFO.fields[0].name, "height");
+/// assert_eq!(Lift::INFO.actions[0].text, "place what follows higher");
 /// ```
 #[macro_export]
 macro_rules! define_node {
@@ -631,6 +667,7 @@ macro_rules! define_node {
                 )*
             )?
         }
+        $(actions { $($($action:ident),+ : $text:expr;)* })?
         $(check $check:expr;)?
     ) => {
         $(#[doc = $doc])*
@@ -660,6 +697,7 @@ macro_rules! define_node {
                 kind: stringify!($name),
                 family: stringify!($family),
                 doc: concat!($($doc, "\n",)*),
+                actions: $crate::define_node!(@actions $family $({ $($($action),+ : $text;)* })?),
                 children: $crate::define_node!(@rule $($rule)?),
                 fields: &[$(
                     $crate::node::FieldInfo {
@@ -709,6 +747,12 @@ macro_rules! define_node {
                 ::std::boxed::Box::new(self.clone())
             }
         }
+    };
+    (@actions property) => { $crate::node::ActionNote::PROPERTY };
+    (@actions group) => { $crate::node::ActionNote::GROUP };
+    (@actions shape) => { $crate::node::ActionNote::SHAPE };
+    (@actions $family:ident { $($($action:ident),+ : $text:expr;)* }) => {
+        &[$($crate::node::ActionNote { actions: &[$($crate::action::ActionKind::$action),+], text: $text },)*]
     };
     (@rule) => { None };
     (@rule $rule:expr) => { Some($rule) };

@@ -23,6 +23,9 @@ crate::define_node! {
         /// Length in local units that the image covers before it repeats; above 0.
         pub size: f64 = 1000.0,
     }
+    actions {
+        Render: "roughens the light on terrains that follow";
+    }
     check |n: &NormalMap| {
         if n.size > 0.0 && n.size.is_finite() {
             Vec::new()

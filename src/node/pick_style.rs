@@ -48,6 +48,9 @@ crate::define_node! {
         /// How.
         pub style: PickStyleKind = PickStyleKind::Shape,
     }
+    actions {
+        RayPick, HandleEvent: "meet what follows in this way";
+    }
 }
 
 impl PropertyNode for PickStyle {
@@ -70,6 +73,10 @@ crate::define_node! {
         pub plane: Plane = Plane { normal: DVec3::X, distance: 0.0 },
         /// Whether it cuts.
         pub on: bool = true,
+    }
+    actions {
+        Render: "leaves out what is cut off";
+        RayPick, HandleEvent: "do not meet what is cut off";
     }
     check |c: &ClipPlane| {
         if c.plane.normal == DVec3::ZERO {

@@ -36,6 +36,9 @@ crate::define_node! {
         /// Whether they are moved at all.
         pub on: bool = true,
     }
+    actions {
+        Render: "draws the faces of what follows deeper than they are";
+    }
 }
 
 impl PolygonOffset {

@@ -123,6 +123,13 @@ crate::define_node! {
         /// How it is coloured.
         pub color_mode: ColorMode = ColorMode::Plain,
     }
+    actions {
+        Render: "draws the patches that the picture needs";
+        BoundingBox: "holds its heights at full resolution";
+        RayPick, HandleEvent: "meet its patches, what is drawn of them, or every cell of the map; events the first";
+        Callback: "hands out the coarse triangles of its patches";
+        PrimitiveCount: "counts them";
+    }
     check SeamlessTerrain::check;
 }
 

@@ -203,6 +203,11 @@ crate::define_node! {
         /// Value.
         pub value: ShaderValue = ShaderValue::Texture(0),
     }
+    actions {
+        Render: "gives its value to the shader";
+        BoundingBox, RayPick, HandleEvent, Callback, PrimitiveCount:
+            "take heights from the unit that `height_map` names";
+    }
     check ShaderParameter::check;
 }
 
@@ -270,6 +275,11 @@ crate::define_node! {
         /// Its text. Open Inventor has two fields for it, `sourceType` and `sourceProgram`.
         pub source_program: ShaderSource = ShaderSource::BuiltIn,
     }
+    actions {
+        Render: "moves the corners of what follows";
+        BoundingBox, RayPick, HandleEvent, Callback, PrimitiveCount:
+            "take heights from the unit that its parameters name";
+    }
     check |shader: &VertexShader| check_source(&shader.source_program);
 }
 
@@ -304,6 +314,9 @@ crate::define_node! {
         pub is_active: bool = true,
         /// Its text. Open Inventor has two fields for it, `sourceType` and `sourceProgram`.
         pub source_program: ShaderSource = ShaderSource::BuiltIn,
+    }
+    actions {
+        Render: "colours what follows";
     }
     check |shader: &FragmentShader| check_source(&shader.source_program);
 }
@@ -390,6 +403,10 @@ crate::define_node! {
         field: "shader_object",
         only: Some(&["VertexShader", "FragmentShader"]),
     }) {}
+    actions {
+        Render: "draws what follows with its shaders";
+        BoundingBox, RayPick, HandleEvent, Callback, PrimitiveCount: "take heights from the unit that it names";
+    }
 }
 
 impl PropertyNode for ShaderProgram {

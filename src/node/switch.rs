@@ -17,6 +17,10 @@ crate::define_node! {
         /// an Array or MultipleCopy, modulo the number of children; −3: all. A number beyond the children shows none.
         pub which_child: i32 = Switch::NONE,
     }
+    actions {
+        Render, BoundingBox, RayPick, Search, Matrix, Callback, PrimitiveCount, HandleEvent:
+            "walk the children that it shows; a search for what is hidden walks all";
+    }
     check |s: &Switch| {
         if s.which_child < Switch::ALL {
             let message = format!("{} is no choice: a child from 0, -1 for none, -2 inherited or -3 for all", s.which_child);

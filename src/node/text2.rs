@@ -24,6 +24,22 @@ pub enum Justification {
 enum_field!(Justification: Left | Right | Center);
 
 /// Which character of a text was hit.
+///
+/// ```
+/// use seamount::node::{HitDetail, TextDetail};
+/// use seamount::prelude::*;
+///
+/// let mut scene = Scene::new();
+/// let root = scene.root();
+/// let (position, look_at) = (Some(DVec3::Z * 9.0), Some(DVec3::ZERO));
+/// scene.add(root, PerspectiveCamera { position, look_at, ..PerspectiveCamera::default() })?;
+/// scene.add(root, Font { size: 20.0, ..Font::default() })?;
+/// scene.add(root, Text2 { string: "ab".into(), ..Text2::default() })?;
+/// // The baseline begins in the middle of the picture; letters of this font are 12 pixels wide.
+/// let hits = RayPickAction::pixel(100 + 12 + 6, 50 - 5, [200, 100]).apply(&scene)?;
+/// assert_eq!(hits[0].detail, HitDetail::Text(TextDetail { string: 0, character: 1 }));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TextDetail {
     /// Number of the string, from 0.
@@ -59,6 +75,11 @@ crate::define_node! {
         pub spacing: f64 = 1.0,
         /// Where the strings stand.
         pub justification: Justification = Justification::Left,
+    }
+    actions {
+        Render: "draws it, in pixels large";
+        BoundingBox: "holds its place; what it covers, if told the view";
+        RayPick, HandleEvent: "meet its characters in the picture; a ray of the world does not";
     }
     check |text: &Text2| match text.spacing.is_finite() {
         true => Vec::new(),

@@ -19,6 +19,10 @@ crate::define_node! {
         /// Number of the unit.
         pub unit: u32 = 0,
     }
+    actions {
+        Render, BoundingBox, RayPick, HandleEvent, Callback, PrimitiveCount:
+            "look for heights on the unit that carries them";
+    }
 }
 
 impl PropertyNode for TextureUnit {
@@ -65,6 +69,10 @@ crate::define_node! {
         transient:
         /// An image from memory; goes before `filename`. Not in scene files.
         pub image: Option<ImageRef> = None,
+    }
+    actions {
+        Render: "shows its colours, and takes heights from it on the unit of heights";
+        BoundingBox, RayPick, HandleEvent, Callback, PrimitiveCount: "take heights from it, where it carries heights";
     }
 }
 

@@ -27,6 +27,9 @@ crate::define_node! {
         /// The point that scaling and turning leave where it is.
         pub center: DVec2 = DVec2::ZERO,
     }
+    actions {
+        Render: "moves the texture over what follows";
+    }
 }
 
 impl Texture2Transform {

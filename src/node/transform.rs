@@ -26,6 +26,9 @@ crate::define_node! {
         /// The point that turning and scaling leave in place.
         pub center: DVec3 = DVec3::ZERO,
     }
+    actions {
+        Render, BoundingBox, RayPick, HandleEvent, Matrix, Callback: "place what follows by it";
+    }
 }
 
 impl Transform {
@@ -55,6 +58,9 @@ crate::define_node! {
         /// Moved by this much, in local units.
         pub translation: DVec3 = DVec3::ZERO,
     }
+    actions {
+        Render, BoundingBox, RayPick, HandleEvent, Matrix, Callback: "place what follows by it";
+    }
 }
 
 impl PropertyNode for Translation {
@@ -72,6 +78,9 @@ crate::define_node! {
     pub struct Rotation: property {
         /// Axis and angle in radians, counter-clockwise seen against the axis.
         pub rotation: AxisAngle = AxisAngle::IDENTITY,
+    }
+    actions {
+        Render, BoundingBox, RayPick, HandleEvent, Matrix, Callback: "place what follows by it";
     }
 }
 
@@ -107,6 +116,9 @@ crate::define_node! {
         /// The axis.
         pub axis: Axis = Axis::X,
     }
+    actions {
+        Render, BoundingBox, RayPick, HandleEvent, Matrix, Callback: "place what follows by it";
+    }
 }
 
 impl PropertyNode for RotationXyz {
@@ -130,6 +142,9 @@ crate::define_node! {
         /// The factors; negative ones mirror.
         pub scale_factor: DVec3 = DVec3::ONE,
     }
+    actions {
+        Render, BoundingBox, RayPick, HandleEvent, Matrix, Callback: "place what follows by it";
+    }
 }
 
 impl PropertyNode for Scale {
@@ -148,6 +163,9 @@ crate::define_node! {
         /// From local coordinates to those of the parent: the images of the three axes and of the origin, the rows of an Open
         /// Inventor matrix.
         pub matrix: Matrix = Matrix::IDENTITY,
+    }
+    actions {
+        Render, BoundingBox, RayPick, HandleEvent, Matrix, Callback: "place what follows by it";
     }
 }
 
@@ -182,6 +200,10 @@ crate::define_node! {
     pub struct ResetTransform: property {
         /// What is forgotten.
         pub what_to_reset: Reset = Reset::Transform,
+    }
+    actions {
+        Render, RayPick, HandleEvent, Matrix, Callback: "place what follows as if no transform stood before it";
+        BoundingBox: "does the same, or forgets what was boxed so far, or both";
     }
 }
 
@@ -258,6 +280,9 @@ crate::define_node! {
     pub struct Units: property {
         /// The unit of lengths.
         pub units: Length = Length::Meters,
+    }
+    actions {
+        Render, BoundingBox, RayPick, HandleEvent, Matrix, Callback: "measure what follows in this length";
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{FontError, Image, ImageError, NodeKey, Pixels, TextError, Typeface, text};
-use crate::action::ShapeError;
+use crate::action::{ProgramBasis, SceneProgram, ShapeError};
 use crate::node::MeshInputs;
 use crate::terrain::{HeightField, HeightFieldError, SampleRect, Terrain};
 
@@ -20,6 +20,7 @@ pub struct Resources {
     typefaces: Mutex<HashMap<std::path::PathBuf, Result<Arc<Typeface>, FontError>>>,
     terrains: Mutex<HashMap<TerrainKey, TerrainResult>>,
     meshes: Mutex<HashMap<NodeKey, Vec<(MeshInputs, Made)>>>,
+    programs: Mutex<Programs>,
     version: AtomicU64,
 }
 
@@ -37,6 +38,8 @@ const MESHES: usize = 8;
 
 /// A mesh of a type that its node knows.
 type Made = Result<Arc<dyn Any + Send + Sync>, ShapeError>;
+/// By node, with its fragment shader and without.
+type Programs = HashMap<(NodeKey, bool), (ProgramBasis, Arc<SceneProgram>)>;
 type TerrainResult = Result<Arc<Terrain>, HeightFieldError>;
 
 fn map(image: &Image, void_sample: Option<f64>, holes: bool) -> Result<HeightField, HeightFieldError> {
@@ -151,8 +154,30 @@ impl Resources {
         mesh
     }
 
+    /// The shaders of a program, with that of fragments or without; read anew when something that they depend on has changed. So the
+    /// same program is the same from frame to frame, and nobody has to look at its texts.
+    pub(crate) fn program(
+        &self,
+        key: (NodeKey, bool),
+        basis: ProgramBasis,
+        make: impl FnOnce() -> Result<SceneProgram, ShapeError>,
+    ) -> Result<Arc<SceneProgram>, ShapeError> {
+        let programs = || self.programs.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((known, program)) = programs().get(&key)
+            && *known == basis
+        {
+            return Ok(Arc::clone(program));
+        }
+        let made = Arc::new(make()?);
+        programs().insert(key, (basis, Arc::clone(&made)));
+        Ok(made)
+    }
+
     /// Forgets what was made of a node that is gone.
     pub(crate) fn forget_node(&self, key: NodeKey) {
+        let mut programs = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
+        [false, true].into_iter().for_each(|fragments| drop(programs.remove(&(key, fragments))));
+        drop(programs);
         self.meshes.lock().unwrap_or_else(PoisonError::into_inner).remove(&key);
     }
 

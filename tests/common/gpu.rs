@@ -4,7 +4,7 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use half::f16;
 use seamount::action::Frame;
-use seamount::render::{DrawReport, Headless, Renderer, RendererOptions};
+use seamount::render::{DrawReport, Headless, RenderError, Renderer, RendererOptions};
 
 /// One for all tests of a binary: making a device takes longer than most pictures.
 pub fn headless() -> MutexGuard<'static, Headless> {
@@ -42,17 +42,26 @@ impl Linear {
     const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
     pub fn new() -> Self {
+        Self::with_samples(1)
+    }
+
+    /// With several samples per pixel a colour is the mean of theirs.
+    pub fn with_samples(samples: u32) -> Self {
         let wanted = headless().adapter().name.clone();
         let instance = wgpu::Instance::default();
         let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
         let adapter = adapters.into_iter().find(|a| a.get_info().name == wanted).unwrap();
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor::default())).unwrap();
-        let options = RendererOptions { samples: 1, ..RendererOptions::default() };
+        let options = RendererOptions { samples, ..RendererOptions::default() };
         let renderer = Renderer::new(&device, &queue, Self::FORMAT, options);
         Self { device, queue, renderer }
     }
 
     pub fn draw(&mut self, frame: &Frame) -> LinearPicture {
+        self.try_draw(frame).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    pub fn try_draw(&mut self, frame: &Frame) -> Result<LinearPicture, RenderError> {
         let [width, height] = frame.size;
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: None,
@@ -65,7 +74,7 @@ impl Linear {
             view_formats: &[],
         });
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let report = self.renderer.draw(&self.device, &self.queue, frame, &view).unwrap();
+        let report = self.renderer.draw(&self.device, &self.queue, frame, &view)?;
         let pitch = (width * 8).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
@@ -85,6 +94,6 @@ impl Linear {
         let texel = |b: &[u8]| [half(&b[0..]), half(&b[2..]), half(&b[4..]), half(&b[6..])];
         let rows = bytes.chunks_exact(pitch as usize);
         let texels = rows.flat_map(|row| row[..width as usize * 8].chunks_exact(8).map(texel)).collect();
-        LinearPicture { size: frame.size, texels, report }
+        Ok(LinearPicture { size: frame.size, texels, report })
     }
 }
