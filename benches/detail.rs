@@ -5,7 +5,7 @@
 #![allow(missing_docs, reason = "criterion's macros make undocumented functions")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 use seamount::action::{Lens, Viewpoint};
 use seamount::node::{SeamlessTerrain, lattice_view};
 use seamount::terrain::{
@@ -48,7 +48,18 @@ fn view(field: &seamount::terrain::HeightField) -> LatticeView {
     let right = forward.cross(DVec3::Z).normalize();
     let up = right.cross(forward);
     let lens = Lens::Perspective { tan_half_height: 0.41 };
-    let view = Viewpoint { eye, right, up, forward, lens, aspect: 16.0 / 9.0, pixels: 720.0, near: 1.0, far: None };
+    let view = Viewpoint {
+        eye,
+        right,
+        up,
+        forward,
+        lens,
+        center: DVec2::ZERO,
+        aspect: 16.0 / 9.0,
+        pixels: 720.0,
+        near: 1.0,
+        far: None,
+    };
     lattice_view(&view, &DAffine3::IDENTITY, &node.frame(field))
 }
 

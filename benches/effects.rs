@@ -122,11 +122,12 @@ const fn row(base: usize, place: In, nodes: Nodes) -> Row {
 /// Effects, each as what is added to a base.
 const ROWS: &[Row] = &[
     row(GROUND, In::All, sun),
-    row(GROUND, In::All, |b| _ = b.lamp()),
+    // Against other light, so that the gradients of the map, which all lights share, count once.
+    row(LIT, In::All, |b| _ = b.lamp()),
     row(GROUND, In::None, |b| {
         b.add(Environment { attenuation: DVec3::new(1e-9, 0.0, 1.0), ..dark() }).lamp();
     }),
-    row(GROUND, In::All, |b| {
+    row(LIT, In::All, |b| {
         b.add(SpotLight { location: DVec3::new(65_000.0, 30_000.0, 9_000.0), ..Default::default() });
     }),
     row(LIT, In::Merged, |b| _ = b.add(Environment::default())),

@@ -155,7 +155,18 @@ impl Map {
         let right = forward.cross(DVec3::Z).normalize();
         let up = right.cross(forward);
         let lens = Lens::Perspective { tan_half_height: 0.41 };
-        let view = Viewpoint { eye, right, up, forward, lens, aspect: 16.0 / 9.0, pixels: 720.0, near: 1.0, far: None };
+        let view = Viewpoint {
+            eye,
+            right,
+            up,
+            forward,
+            lens,
+            center: DVec2::ZERO,
+            aspect: 16.0 / 9.0,
+            pixels: 720.0,
+            near: 1.0,
+            far: None,
+        };
         lattice_view(&view, &DAffine3::IDENTITY, &terrain.frame(&self.field))
     }
 

@@ -414,7 +414,18 @@ fn triangles_that_face_away_are_counted() {
     let count = |eye: DVec3, forward: DVec3, lens: Lens, mirror: f64| {
         let right = if forward.x == 0.0 { DVec3::X } else { forward.cross(DVec3::Z).normalize() };
         let up = right.cross(forward);
-        let view = Viewpoint { eye, right, up, forward, lens, aspect: 1.0, pixels: 100.0, near: 0.1, far: None };
+        let view = Viewpoint {
+            eye,
+            right,
+            up,
+            forward,
+            lens,
+            center: DVec2::ZERO,
+            aspect: 1.0,
+            pixels: 100.0,
+            near: 0.1,
+            far: None,
+        };
         let model = DAffine3::from_scale(DVec3::new(mirror, 1.0, 1.0));
         facing_away(&mesh, &patches, &lattice_view(&view, &model, &node.frame(&field)))
     };

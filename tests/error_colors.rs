@@ -43,7 +43,7 @@ fn camera(rng: &mut Rng) -> Viewpoint {
         _ => Lens::Perspective { tan_half_height: rng.range(0.2, 1.0) },
     };
     let up = right.cross(forward);
-    Viewpoint { eye, right, up, forward, lens, aspect: 1.5, pixels: 300.0, near: 0.01, far: None }
+    Viewpoint { eye, right, up, forward, lens, center: rng.aside(), aspect: 1.5, pixels: 300.0, near: 0.01, far: None }
 }
 
 /// The side, or the two sides, whose errors a part has.

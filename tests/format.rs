@@ -346,11 +346,18 @@ fn leaf() -> impl Strategy<Value = std::sync::Arc<Boxed>> {
                     height_angle,
                     near_distance,
                     far_distance,
+                    aspect_ratio: height_angle,
+                    viewport_mapping: ViewportMapping::CropViewportLineFrame,
                     look_at: None,
                 };
                 Box::new(camera) as Boxed
             }
         ),
+        (-1e3..1e3, above_zero()).prop_map(|(left, width)| Box::new(FrustumCamera {
+            left,
+            right: left + width + 1.0,
+            ..Default::default()
+        }) as Boxed),
         (proptest::option::of(point()), above_zero()).prop_map(|(look_at, height)| Box::new(OrthographicCamera {
             look_at,
             height,

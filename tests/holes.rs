@@ -131,6 +131,7 @@ fn camera(rng: &mut Rng, field: &HeightField) -> LatticeView {
         up: right.cross(forward),
         forward,
         lens,
+        center: rng.aside(),
         aspect: 1.5,
         pixels: 600.0,
         near: 1e-3,

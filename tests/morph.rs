@@ -110,7 +110,18 @@ fn viewpoint(eye: DVec3, yaw: f64, pitch: f64, lens: Lens) -> Viewpoint {
     let forward = DVec3::new(yaw.cos() * pitch.cos(), yaw.sin() * pitch.cos(), pitch.sin());
     let right = DVec3::new(yaw.sin(), -yaw.cos(), 0.0);
     let up = right.cross(forward);
-    Viewpoint { eye, right, up, forward, lens, aspect: 16.0 / 9.0, pixels: 720.0, near: 1.0, far: None }
+    Viewpoint {
+        eye,
+        right,
+        up,
+        forward,
+        lens,
+        center: DVec2::ZERO,
+        aspect: 16.0 / 9.0,
+        pixels: 720.0,
+        near: 1.0,
+        far: None,
+    }
 }
 
 /// An eye over, beside, under or on the map, looking anywhere but up; every fifth camera is orthographic, every seventh looks
@@ -129,7 +140,8 @@ fn view(rng: &mut Rng, map: &Map, k: u32) -> Viewpoint {
     } else {
         Lens::Perspective { tan_half_height: rng.range(0.1, 1.0) }
     };
-    viewpoint(place.extend(map.ground(place) + above), rng.range(0.0, std::f64::consts::TAU), pitch, lens)
+    let camera = viewpoint(place.extend(map.ground(place) + above), rng.range(0.0, std::f64::consts::TAU), pitch, lens);
+    Viewpoint { center: rng.aside(), ..camera }
 }
 
 /// Patches with weight touch complete patches only, nothing is forced, the mesh tiles the map, and every vertex has one height,
@@ -316,7 +328,9 @@ fn jumps(map: &Map, start: &Viewpoint, step: DVec3, frames: u32, tolerance: f64,
                 }
                 found.whole = found.whole.max(jump);
                 // κ = 1 + r / sin θ, at the ray to the point: its angle is not larger than the largest of the box.
-                let PixelProjection::Perspective { tangents, .. } = now.view.projection else { panic!() };
+                let PixelProjection::Perspective { tangents: [_, tangents], .. } = now.view.projection else {
+                    panic!()
+                };
                 let r = (1.0 + tangents.length_squared()).sqrt();
                 let axes = |p: DVec3, w: f64| {
                     let p = p.extend(w);

@@ -56,6 +56,7 @@ fn probes() -> Vec<Probe> {
         seen("Units", &[], "Units(units: Feet)", &["Cube()"]),
         ("PerspectiveCamera", String::new(), CAMERA, lod.to_owned()),
         ("OrthographicCamera", String::new(), "OrthographicCamera(position: (0, 0, 20), height: 8)", lod.to_owned()),
+        ("FrustumCamera", String::new(), "FrustumCamera(position: (0, 0, 20), left: -0.1)", lod.to_owned()),
         seen("DirectionalLight", &[], LIGHT, &["Cube()"]),
         seen("PointLight", &[], "PointLight(location: (0, 0, 5))", &["Cube()"]),
         seen("SpotLight", &[], "SpotLight(location: (0, 0, 5))", &["Cube()"]),

@@ -36,6 +36,7 @@ fn view(rng: &mut Rng, map: &Map, k: u32) -> Viewpoint {
         up: right.cross(forward),
         forward,
         lens,
+        center: rng.aside(),
         aspect: 16.0 / 9.0,
         pixels: 720.0,
         near: 1.0,
@@ -111,5 +112,5 @@ fn the_measure_has_the_same_bits_on_any_number_of_threads() {
         seen += u32::from(measured[0].rms > 0.0 && patches.len() > 20);
         assert!(measured.iter().all(|m| *m == measured[0]), "eye {k}: {measured:?}");
     }
-    assert!(seen > 8, "only {seen} eyes see much");
+    assert!(seen > 6, "only {seen} eyes see much");
 }

@@ -240,7 +240,7 @@ fn lattice_camera(rng: &mut common::Rng, terrain: &Terrain) -> LatticeView {
             PixelProjection::Orthographic { scale: 10f64.powf(rng.range(-6.0, 6.0)) }
         } else {
             let tangents = DVec2::new(10f64.powf(rng.range(-5.0, 3.0)), 10f64.powf(rng.range(-5.0, 3.0)));
-            PixelProjection::Perspective { focal: 10f64.powf(rng.range(-2.0, 8.0)), tangents }
+            PixelProjection::Perspective { focal: 10f64.powf(rng.range(-2.0, 8.0)), tangents: [-tangents, tangents] }
         };
         return LatticeView { frustum, right, up, depth, projection };
     }
@@ -287,6 +287,7 @@ fn lattice_camera(rng: &mut common::Rng, terrain: &Terrain) -> LatticeView {
         up: right.cross(forward),
         forward,
         lens,
+        center: rng.aside(),
         aspect: width / height,
         pixels: height,
         near: 1e-3,

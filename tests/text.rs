@@ -186,6 +186,9 @@ fn size_and_looks_do_not_depend_on_the_distance() {
         format!(
             "OrthographicCamera(position: (0.0, 0.0, 1.0e6), height: 3.0), BaseColor(rgb: (1.0, 1.0, 1.0)), {text}"
         ),
+        // A picture that is stretched.
+        format!("PerspectiveCamera(position: (0.0, 0.0, 9.0), look_at: (0.0, 0.0, 0.0), viewport_mapping: LeaveAlone, aspect_ratio: 0.5),
+            BaseColor(rgb: (1.0, 1.0, 1.0)), {text}"),
         // Within half a pixel it snaps to the same.
         format!(
             "OrthographicCamera(position: (0.0, 0.0, 9.0), height: 8.0), BaseColor(rgb: (1.0, 1.0, 1.0)),

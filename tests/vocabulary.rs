@@ -9,7 +9,7 @@ const KINDS: [(&str, &str); 3] = [
     (
         "property",
         "Transform Translation Rotation RotationXyz Scale MatrixTransform ResetTransform Units PerspectiveCamera \
-         OrthographicCamera DirectionalLight PointLight SpotLight Environment LightModel Material BaseColor DrawStyle \
+         OrthographicCamera FrustumCamera DirectionalLight PointLight SpotLight Environment LightModel Material BaseColor DrawStyle \
          ShapeHints Complexity PickStyle ClipPlane PolygonOffset Texture2 Texture2Transform TextureUnit \
          TextureCoordinate2 Coordinate3 Normal NormalBinding VertexProperty MaterialBinding Callback EventCallback Info Label ShaderProgram \
          VertexShader FragmentShader ShaderParameter Font",

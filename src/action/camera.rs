@@ -1,10 +1,10 @@
 //! A camera met on a walk, and the view it gives of a scene.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 use thiserror::Error;
 
 use super::{Aabb, Lens, Viewpoint};
-use crate::node::{CameraFields, FieldProblem};
+use crate::node::{CameraFields, FieldProblem, ViewportMapping};
 use crate::scene::{NodeKey, Path};
 
 /// Why a camera gives no picture.
@@ -17,6 +17,9 @@ pub enum CameraError {
     /// The field of view makes no picture.
     #[error("the camera's height of view {0} does not work: angles go from above 0 to below π, heights from above 0")]
     Height(f64),
+    /// The window makes no picture.
+    #[error("the camera's window does not work: its width over height has to be above 0, and all of it finite")]
+    Window,
     /// Near and far make no range.
     #[error("the camera's range {near}..{far} is empty: near has to be above 0 and below far")]
     Range {
@@ -31,6 +34,49 @@ pub enum CameraError {
     /// A field has a value that can not be used.
     #[error("{}: {}", .0.field, .0.message)]
     Field(Box<FieldProblem>),
+}
+
+/// A rectangle of pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PixelArea {
+    /// Pixels to the left of it.
+    pub left: u32,
+    /// Pixels above it.
+    pub top: u32,
+    /// Pixels across, at least 1.
+    pub width: u32,
+    /// Pixels from top to bottom, at least 1.
+    pub height: u32,
+}
+
+impl PixelArea {
+    /// Whether a point of the picture in pixels, (0, 0) top left, is in it. Its left and upper border are, not the others.
+    #[must_use]
+    pub fn contains(&self, x: f64, y: f64) -> bool {
+        let within =
+            |at: f64, start: u32, length: u32| at >= f64::from(start) && at < f64::from(start) + f64::from(length);
+        within(x, self.left, self.width) && within(y, self.top, self.height)
+    }
+}
+
+/// What is around a cropped picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Surround {
+    /// Nothing but the colour of the background.
+    Background,
+    /// A line of one pixel, and the colour of the background.
+    Line,
+    /// A grey.
+    Filled,
+}
+
+/// A picture that does not fill the place that there is for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Crop {
+    /// Where it is.
+    pub area: PixelArea,
+    /// What is around it.
+    pub surround: Surround,
 }
 
 /// A camera node with the transform that was in force where it stands.
@@ -55,21 +101,28 @@ impl PlacedCamera {
     /// [`CameraError`].
     pub fn viewpoint(&self, size: [u32; 2], scene: Option<Aabb>) -> Result<Viewpoint, CameraError> {
         let f = &self.fields;
-        let [width, pixels] = size.map(|n| f64::from(n.max(1)));
-        let aspect = width / pixels;
+        let [width, height] = size.map(|n| f64::from(n.max(1)));
+        let picture = width / height;
+        // What the node says is in the picture fits into it: seen is as much more on two sides as is needed for that, also
+        // if it will be cropped. A picture that the camera is not adjusted to is stretched instead.
+        let (aspect, wider, higher, pixels) = match f.viewport_mapping {
+            ViewportMapping::LeaveAlone => (f.aspect, 1.0, 1.0, height.max(width / f.aspect)),
+            _ => (picture, (picture / f.aspect).max(1.0), (f.aspect / picture).max(1.0), height),
+        };
+        let center = f.center / DVec2::new(wider, higher);
         let lens = match f.lens {
-            // A picture higher than wide is widened so that what the camera means to show fits (ADJUST_CAMERA).
-            Lens::Perspective { tan_half_height } => {
-                Lens::Perspective { tan_half_height: tan_half_height / aspect.min(1.0) }
-            }
+            Lens::Perspective { tan_half_height } => Lens::Perspective { tan_half_height: tan_half_height * higher },
             Lens::Orthographic { half_height } => {
                 let scale = (self.model.matrix3 * f.orientation.mul_vec3(DVec3::Y)).length();
-                Lens::Orthographic { half_height: half_height * scale / aspect.min(1.0) }
+                Lens::Orthographic { half_height: half_height * scale * higher }
             }
         };
         let (Lens::Perspective { tan_half_height: height } | Lens::Orthographic { half_height: height }) = lens;
         if !(height > 0.0 && height.is_finite()) {
             return Err(CameraError::Height(height));
+        }
+        if !(f.aspect > 0.0 && f.aspect.is_finite() && center.is_finite()) {
+            return Err(CameraError::Window);
         }
 
         let orientation = DMat3::from_quat(f.orientation);
@@ -87,7 +140,7 @@ impl PlacedCamera {
         let up = right.cross(forward);
 
         let (near, far) = (1.0, f.far_distance);
-        let mut view = Viewpoint { eye: DVec3::ZERO, right, up, forward, lens, aspect, pixels, near, far };
+        let mut view = Viewpoint { eye: DVec3::ZERO, right, up, forward, lens, center, aspect, pixels, near, far };
         match f.position {
             Some(position) => view.eye = self.model.transform_point3(position),
             None => view_all(&mut view, scene, f.look_at.map(|p| self.model.transform_point3(p))),
@@ -106,6 +159,25 @@ impl PlacedCamera {
     }
 }
 
+impl PlacedCamera {
+    /// What of a picture of this size in pixels the camera's own is cropped to; `None` if it is all of the picture.
+    #[must_use]
+    pub fn crop(&self, size: [u32; 2]) -> Option<Crop> {
+        let surround = match self.fields.viewport_mapping {
+            ViewportMapping::AdjustCamera | ViewportMapping::LeaveAlone => return None,
+            ViewportMapping::CropViewportFillFrame => Surround::Filled,
+            ViewportMapping::CropViewportLineFrame => Surround::Line,
+            ViewportMapping::CropViewportNoFrame => Surround::Background,
+        };
+        let [width, height] = size.map(f64::from);
+        // The largest that fits, in whole pixels and at least one, in the middle.
+        let within = |length: f64, most: f64| (length.round() as u32).clamp(1, (most as u32).max(1));
+        let (w, h) = (within(height * self.fields.aspect, width), within(width / self.fields.aspect, height));
+        let area = PixelArea { left: (size[0].max(1) - w) / 2, top: (size[1].max(1) - h) / 2, width: w, height: h };
+        (area.width < size[0] || area.height < size[1]).then_some(Crop { area, surround })
+    }
+}
+
 /// Unit vector; `None` for zero and what is not finite. Scaled first, so that tiny and huge vectors work.
 pub(crate) fn unit(v: DVec3) -> Option<DVec3> {
     let scale = v.abs().max_element();
@@ -118,12 +190,17 @@ fn view_all(view: &mut Viewpoint, scene: Option<Aabb>, target: Option<DVec3>) {
     let center = target.unwrap_or_else(|| bounds.center());
     let corners = bounds.corners().map(|c| c - center);
     let depth = |c: DVec3| c.dot(view.forward);
+    // The middle of the picture is `aside` from where the view goes, per unit of depth or altogether.
+    let aside = |half: f64| DVec2::new(half * view.aspect, half) * view.center;
     let distance = match &mut view.lens {
         Lens::Perspective { tan_half_height: t } => {
-            let (tx, ty) = (*t * view.aspect, *t);
+            let (tx, ty, aside) = (*t * view.aspect, *t, aside(*t));
             corners
                 .iter()
-                .map(|&c| (c.dot(view.right).abs() / tx).max(c.dot(view.up).abs() / ty) - depth(c))
+                .map(|&c| {
+                    let beside = DVec2::new(c.dot(view.right), c.dot(view.up)) - aside * depth(c);
+                    (beside.x.abs() / tx).max(beside.y.abs() / ty) - depth(c)
+                })
                 .fold(0.0, f64::max)
         }
         Lens::Orthographic { half_height } => {
@@ -140,7 +217,11 @@ fn view_all(view: &mut Viewpoint, scene: Option<Aabb>, target: Option<DVec3>) {
     };
     // A box without extent is looked at from a distance of 1.
     let distance = if distance > 0.0 { distance } else { 1.0 };
-    view.eye = center - view.forward * distance;
+    let aside = match view.lens {
+        Lens::Perspective { tan_half_height: t } => aside(t) * distance,
+        Lens::Orthographic { half_height: h } => aside(h),
+    };
+    view.eye = center - view.forward * distance - view.right * aside.x - view.up * aside.y;
 }
 
 /// Near and far, where the node leaves them to us.

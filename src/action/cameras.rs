@@ -1,10 +1,13 @@
 //! The cameras of a scene by name, and the views they give.
 
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::render::find_camera;
-use super::{Aabb, ActionError, BoundingBoxAction, CameraError, Viewpoint};
+use super::{Aabb, ActionError, BoundingBoxAction, CameraError, PlacedCamera, Viewpoint};
 use crate::scene::Scene;
+
+/// A camera and its view.
+type Placed = (Arc<PlacedCamera>, Viewpoint);
 
 /// The views that the cameras of a scene give in pictures of one size. Each is worked out when it is asked for first and
 /// kept, so that many shapes and rays can ask.
@@ -29,7 +32,7 @@ pub struct Cameras<'s> {
     scene: &'s Scene,
     size: [u32; 2],
     bounds: OnceLock<Result<Option<Aabb>, ActionError>>,
-    found: Mutex<Vec<(Option<String>, Viewpoint)>>,
+    found: Mutex<Vec<(Option<String>, Placed)>>,
 }
 
 impl<'s> Cameras<'s> {
@@ -37,6 +40,11 @@ impl<'s> Cameras<'s> {
     #[must_use]
     pub fn new(scene: &'s Scene, size: [u32; 2]) -> Self {
         Self { scene, size, bounds: OnceLock::new(), found: Mutex::default() }
+    }
+
+    /// Width and height of the pictures in pixels.
+    pub(crate) fn size(&self) -> [u32; 2] {
+        self.size
     }
 
     /// The box of the scene, found once.
@@ -51,13 +59,18 @@ impl<'s> Cameras<'s> {
     /// When the picture has no pixels, there is no such camera, it can not be used, or a shape that near and far depend on
     /// can not be had.
     pub fn viewpoint(&self, name: Option<&str>) -> Result<Viewpoint, ActionError> {
+        Ok(self.camera(name)?.1)
+    }
+
+    /// The camera with this name, or the first one, and its view.
+    pub(super) fn camera(&self, name: Option<&str>) -> Result<Placed, ActionError> {
         let [width, height] = self.size;
         if width == 0 || height == 0 {
             return Err(ActionError::Viewport(width, height));
         }
         let found = || self.found.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, view)) = found().iter().find(|(known, _)| known.as_deref() == name) {
-            return Ok(*view);
+        if let Some((_, (camera, view))) = found().iter().find(|(known, _)| known.as_deref() == name) {
+            return Ok((Arc::clone(camera), *view));
         }
         if name.is_none() && self.scene.index().is_some_and(|index| !index.has_camera()) {
             return Err(ActionError::NoCamera);
@@ -73,8 +86,8 @@ impl<'s> Cameras<'s> {
         {
             return Err(refused(CameraError::Field(Box::new(problem))));
         }
-        found().push((name.map(str::to_owned), view));
-        Ok(view)
+        found().push((name.map(str::to_owned), (Arc::clone(&camera), view)));
+        Ok((camera, view))
     }
 
     /// [`Cameras::viewpoint`], or nothing in a scene without a camera.
@@ -83,8 +96,13 @@ impl<'s> Cameras<'s> {
     ///
     /// As for [`Cameras::viewpoint`], but for scenes without any camera.
     pub fn viewpoint_if_any(&self, name: Option<&str>) -> Result<Option<Viewpoint>, ActionError> {
-        match self.viewpoint(name) {
-            Ok(view) => Ok(Some(view)),
+        Ok(self.camera_if_any(name)?.map(|(_, view)| view))
+    }
+
+    /// [`Cameras::camera`], or nothing in a scene without a camera.
+    pub(super) fn camera_if_any(&self, name: Option<&str>) -> Result<Option<Placed>, ActionError> {
+        match self.camera(name) {
+            Ok(camera) => Ok(Some(camera)),
             Err(ActionError::NoCamera) => Ok(None),
             Err(error) => Err(error),
         }

@@ -119,7 +119,7 @@ pub enum ActionError {
     },
     /// There is no camera to look through.
     #[error(
-        "the scene has no camera: put a PerspectiveCamera or OrthographicCamera before the shapes, for example \
+        "the scene has no camera: put a camera (PerspectiveCamera, OrthographicCamera, FrustumCamera) before the shapes, for example \
          `PerspectiveCamera()`, which sees all of the scene"
     )]
     NoCamera,

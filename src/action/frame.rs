@@ -8,7 +8,8 @@ use std::sync::Arc;
 use glam::{DVec3, Mat3, Mat4, Vec2, Vec3, Vec4};
 
 use super::program::{DrawProgram, ShaderUses};
-use crate::node::{FogType, Ramp, RampBy, Style, TextureFilter, Wrap, mix_stops};
+use super::{Crop, PixelArea, Surround};
+use crate::node::{Color, FogType, Ramp, RampBy, Style, TextureFilter, Wrap, mix_stops};
 use crate::scene::Image;
 use crate::terrain::{HeightField, Instances, LatticeLight, Parts, Samples};
 
@@ -21,10 +22,63 @@ pub struct Frame {
     pub background: Vec3,
     /// The sky, instead of the background.
     pub sky: Option<Sky>,
+    /// The part of the picture that all of this is drawn in, if it is not the whole.
+    pub crop: Option<Crop>,
     /// What to draw: in the order of the walk, but what is transparent after all else and the furthest of it first.
     pub draws: Vec<Draw>,
     /// What the walk counted.
     pub statistics: Statistics,
+}
+
+impl Frame {
+    /// What is filled before anything is drawn, the first below the second. The whole picture is cleared to
+    /// [`Frame::clear`] before.
+    #[must_use]
+    pub fn fills(&self) -> [Option<Fill>; 2] {
+        let whole = PixelArea { left: 0, top: 0, width: self.size[0], height: self.size[1] };
+        let area = self.crop.map_or(whole, |crop| crop.area);
+        let behind = self.sky.map(|sky| Fill { area, sky });
+        let plain = |area, color| Some(Fill { area, sky: Sky::plain(color) });
+        match self.crop.map(|crop| crop.surround) {
+            None | Some(Surround::Background) => [None, behind],
+            Some(Surround::Filled) => [None, behind.or(plain(area, self.background))],
+            Some(Surround::Line) => {
+                // One pixel more on each side, as far as there is one.
+                let (left, top) = (area.left.saturating_sub(1), area.top.saturating_sub(1));
+                let width = (area.left + area.width + 1).min(whole.width) - left;
+                let height = (area.top + area.height + 1).min(whole.height) - top;
+                let line = plain(PixelArea { left, top, width, height }, SURROUND.linear());
+                [line, behind.or(plain(area, self.background))]
+            }
+        }
+    }
+
+    /// The colour that the whole picture is cleared to, linear.
+    #[must_use]
+    pub fn clear(&self) -> Vec3 {
+        let filled = self.crop.is_some_and(|crop| crop.surround == Surround::Filled);
+        if filled { SURROUND.linear() } else { self.background }
+    }
+}
+
+/// What is around a cropped picture: lines and areas.
+const SURROUND: Color = Color::new(0.5, 0.5, 0.5);
+
+/// A part of the picture to be filled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fill {
+    /// Which.
+    pub area: PixelArea,
+    /// What with: seen through the whole picture.
+    pub sky: Sky,
+}
+
+impl Sky {
+    /// One colour in all directions, linear.
+    #[must_use]
+    pub fn plain(color: Vec3) -> Self {
+        Self { horizon: color, zenith: color, rays: [Vec3::Z, Vec3::ZERO, Vec3::ZERO] }
+    }
 }
 
 /// A sky behind everything: its colour goes from the horizon up to the zenith with the sine of the elevation, and is that of

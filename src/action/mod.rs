@@ -37,7 +37,7 @@ pub use bounding_box::{BoundingBoxAction, OrientedBox};
 pub(crate) use bvh::Bvh;
 pub use callback::{CallbackAction, PrimitiveCount, PrimitiveCountAction, Visit};
 pub(crate) use camera::unit;
-pub use camera::{CameraError, PlacedCamera};
+pub use camera::{CameraError, Crop, PixelArea, PlacedCamera, Surround};
 pub use cameras::Cameras;
 pub use colors::{CornerData, SurfaceColors};
 pub use effects::{Asked, BACKGROUNDS, DrawEffects, EFFECTS, EffectInfo, Explained, effect_names};
@@ -45,7 +45,7 @@ pub use error::{ActionError, ShapeError};
 pub use event::{ButtonState, Event, EventKind, EventType, Key, MouseButton};
 pub use frame::{
     Attenuation, Bump, ColorMap, Coloring, Cone, ContourStyle, DebugColor, DepthOffset, DetailMaps, Draw, ERROR_STOPS,
-    Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, RampMap, Relief, Sky, Statistics,
+    Effects, Fill, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, RampMap, Relief, Sky, Statistics,
     Strokes, SurfaceMaterial, TerrainDraw, error_color, linear_color, linear_from_srgb,
 };
 pub use ground::GroundPoint;

@@ -7,11 +7,11 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, DVec3};
 
 use super::camera::unit;
-use super::render::find_camera;
 use super::state::Memo;
 use super::walk::{Go, Visitor, walk};
 use super::{
-    Aabb, ActionError, ActionKind, Branches, Cameras, Index, Lens, PickCone, Ray, ShapeContext, State, View, Viewpoint,
+    Aabb, ActionError, ActionKind, Branches, Cameras, Index, Lens, PickCone, PixelArea, Ray, ShapeContext, State, View,
+    Viewpoint,
 };
 use crate::node::{Cube, HitDetail, PickStyleKind, Role, ShapeHit, ShapeNode};
 use crate::scene::{NodeKey, Path, Scene};
@@ -210,17 +210,15 @@ impl RayPickAction {
             return Err(ActionError::Radius(self.radius));
         }
         let cameras = Cameras::new(scene, self.size);
-        let viewpoint = cameras.viewpoint_if_any(self.camera.as_deref())?;
-        let limits = match viewpoint {
-            Some(_) => {
-                let fields = find_camera(scene, self.camera.as_deref())?.fields;
-                (fields.near_distance, fields.far_distance)
-            }
-            None => (None, None),
-        };
+        let camera = cameras.camera_if_any(self.camera.as_deref())?;
+        let crop = camera.as_ref().and_then(|(camera, _)| camera.crop(self.size)).map(|crop| crop.area);
+        let fields = camera.as_ref().map(|(camera, _)| camera.fields);
+        let limits = fields.map_or((None, None), |fields| (fields.near_distance, fields.far_distance));
+        let viewpoint = camera.map(|(_, viewpoint)| viewpoint);
         let index = scene.index();
         let (surface, radius) = (self.surface, self.radius);
-        Ok(Picker { scene, surface, viewpoint, cameras, frozen: None, limits, index, radius })
+        let size = self.size.map(f64::from);
+        Ok(Picker { scene, surface, viewpoint, cameras, frozen: None, limits, size, crop, index, radius })
     }
 
     /// The picker for what is shown in a view: while the view is frozen it picks the detail that is drawn there.
@@ -243,6 +241,10 @@ pub struct Picker<'s> {
     frozen: Option<&'s View>,
     /// Near and far as the camera's node gives them.
     limits: (Option<f64>, Option<f64>),
+    /// Width and height of the picture in pixels.
+    size: [f64; 2],
+    /// What of it the camera's own picture is cropped to.
+    crop: Option<PixelArea>,
     index: Option<Arc<Index>>,
     /// How far lines and points are met, in pixels.
     radius: f64,
@@ -276,13 +278,17 @@ impl Picker<'_> {
     }
 
     /// What is met through a point of the picture, (0, 0) top left to (1, 1) bottom right: [`Picker::pick`] along
-    /// [`Picker::ray_through`], and lines and points within the radius of [`RayPickAction::radius`].
+    /// [`Picker::ray_through`], and lines and points within the radius of [`RayPickAction::radius`]. Nothing where the camera's
+    /// picture is cropped.
     ///
     /// # Errors
     ///
     /// As for these.
     pub fn pick_through(&self, x: f64, y: f64, all: bool) -> Result<Vec<PickedPoint>, ActionError> {
         let ray = self.ray_through(x, y)?;
+        if self.crop.is_some_and(|area| !area.contains(x * self.size[0], y * self.size[1])) {
+            return Ok(Vec::new());
+        }
         let cone = self.viewpoint.as_ref().map(|view| PickCone::new(ray, view, self.radius));
         self.pick_with(&ray, cone.as_ref(), all, |_| true, None)
     }

@@ -85,8 +85,9 @@ impl RenderAction {
     pub fn apply_in<'v>(&self, scene: &Scene, view: &'v mut View) -> Result<&'v Frame, ActionError> {
         if !view.is_current(self, scene) {
             let cameras = Cameras::new(scene, self.size);
-            let viewpoint = cameras.viewpoint(self.camera.as_deref())?;
+            let (camera, viewpoint) = cameras.camera(self.camera.as_deref())?;
             view.begin();
+            view.frame.crop = camera.crop(self.size);
             let branches = Branches::Seen(Some(&viewpoint));
             walk(scene, branches, &mut Render::new(self, scene, viewpoint, &cameras, view))?;
             view.end(self, scene);
@@ -195,7 +196,8 @@ fn place_sky(background: &Background, view: &Viewpoint) -> Option<Sky> {
         Lens::Perspective { tan_half_height: t } => [view.right * (t * view.aspect), view.up * t],
         Lens::Orthographic { .. } => [DVec3::ZERO; 2],
     };
-    let rays = [view.forward, across[0], across[1]].map(DVec3::as_vec3);
+    let middle = view.forward + across[0] * view.center.x + across[1] * view.center.y;
+    let rays = [middle, across[0], across[1]].map(DVec3::as_vec3);
     Some(Sky { horizon: background.color.linear(), zenith: zenith.linear(), rays })
 }
 

@@ -120,13 +120,14 @@ impl View {
 
     /// Ends a walk: the frame is the one for this scene and action. What was kept for shapes that are gone is dropped.
     pub(super) fn end(&mut self, action: &RenderAction, scene: &Scene) {
-        let Frame { size, sky, draws, statistics, .. } = &mut self.frame;
-        *size = action.size;
+        self.frame.size = action.size;
+        let fills = self.frame.fills().iter().flatten().count() as u32;
+        let Frame { draws, statistics, .. } = &mut self.frame;
         // Sorting keeps the order of what is equal and allocates, so it is left to those who need it.
         if draws.iter().any(|draw| draw.effects.transparency) {
             draws.sort_by(|a, b| a.order().partial_cmp(&b.order()).unwrap_or(Ordering::Equal));
         }
-        statistics.draw_calls = draws.iter().map(Draw::calls).sum::<u32>() + u32::from(sky.is_some());
+        statistics.draw_calls = draws.iter().map(Draw::calls).sum::<u32>() + fills;
         statistics.triangles = draws.iter().map(Draw::triangles).sum();
         let walk = self.statistics.walks;
         self.kept.retain(|slot| slot.walk == walk);

@@ -1,6 +1,6 @@
 //! A camera placed in the world, in f64: where it stands, where it looks, and the rays through its pixels.
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec2, DVec3, DVec4};
 
 use crate::terrain::Frustum;
 
@@ -32,9 +32,13 @@ pub struct Viewpoint {
     pub forward: DVec3,
     /// Field of view.
     pub lens: Lens,
-    /// Width of the picture over its height.
+    /// Where the middle of the picture is, in halves of its width and height to the right of and above where `forward` goes:
+    /// zero, but for a camera that looks beside the middle of its picture.
+    pub center: DVec2,
+    /// Width over height of what is seen in the picture.
     pub aspect: f64,
-    /// Height of the picture in pixels, which are square.
+    /// Height of the picture in pixels. Where the picture is stretched, so that they are not square, the height that it would
+    /// have if they were, and as many to a length as there are in the direction that has more.
     pub pixels: f64,
     /// Distance along `forward` from which on things are seen; positive.
     pub near: f64,
@@ -70,11 +74,14 @@ impl Viewpoint {
                 (-1.0 / (far - self.near), far / (far - self.near))
             }
         };
+        // The picture's middle moves to zero: by as much as what x and y are divided by.
+        let aside = -self.center.extend(0.0).extend(0.0);
+        let (per_depth, once) = if perspective { (1.0, 0.0) } else { (0.0, 1.0) };
         let project = DMat4::from_cols(
             DVec4::new(x, 0.0, 0.0, 0.0),
             DVec4::new(0.0, y, 0.0, 0.0),
-            DVec4::new(0.0, 0.0, a, if perspective { 1.0 } else { 0.0 }),
-            DVec4::new(0.0, 0.0, b, if perspective { 0.0 } else { 1.0 }),
+            aside * per_depth + DVec4::new(0.0, 0.0, a, per_depth),
+            aside * once + DVec4::new(0.0, 0.0, b, once),
         );
         project * rotate
     }
@@ -85,7 +92,7 @@ impl Viewpoint {
     /// The origin is the eye in perspective; in an orthographic picture it lies in the plane through the eye.
     #[must_use]
     pub fn ray(&self, x: f64, y: f64) -> (DVec3, DVec3) {
-        let (sx, sy) = (2.0 * x - 1.0, 1.0 - 2.0 * y);
+        let [sx, sy] = (DVec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y) + self.center).to_array();
         match self.lens {
             Lens::Perspective { tan_half_height: t } => {
                 let direction = self.forward + self.right * (sx * t * self.aspect) + self.up * (sy * t);
@@ -97,22 +104,30 @@ impl Viewpoint {
         }
     }
 
+    /// The lower left and the upper right corner of the picture, right and up from where `forward` goes, when half its height
+    /// is `half`: tangents for the tangent that a perspective lens has, lengths for the length of an orthographic one.
+    #[must_use]
+    pub fn tangents(&self, half: f64) -> [DVec2; 2] {
+        let half = DVec2::new(half * self.aspect, half);
+        [half * (self.center - 1.0), half * (self.center + 1.0)]
+    }
+
     /// Area in pixels of the rectangle around a box of the world in the picture, cut at its border; the whole picture when the
     /// box reaches behind the eye.
     #[must_use]
     pub fn area_of(&self, bounds: &super::Aabb) -> f64 {
         let clip = self.clip_from_eye();
-        let (mut low, mut high) = (glam::DVec2::INFINITY, glam::DVec2::NEG_INFINITY);
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for corner in bounds.corners() {
             let p = clip * (corner - self.eye).extend(1.0);
             if p.w <= 0.0 {
-                (low, high) = (glam::DVec2::NEG_ONE, glam::DVec2::ONE);
+                (low, high) = (DVec2::NEG_ONE, DVec2::ONE);
                 break;
             }
             let p = p.truncate().truncate() / p.w;
             (low, high) = (low.min(p), high.max(p));
         }
-        let size = (high.min(glam::DVec2::ONE) - low.max(glam::DVec2::NEG_ONE)).max(glam::DVec2::ZERO) * 0.5;
+        let size = (high.min(DVec2::ONE) - low.max(DVec2::NEG_ONE)).max(DVec2::ZERO) * 0.5;
         size.x * size.y * self.pixels * self.pixels * self.aspect
     }
 
@@ -121,16 +136,13 @@ impl Viewpoint {
     #[must_use]
     pub fn frustum(&self) -> Frustum {
         let (r, u, f) = (self.right, self.up, self.forward);
-        let mut planes = match self.lens {
-            Lens::Perspective { tan_half_height: t } => {
-                let side = |s: DVec3, tan: f64| (f * tan + s).extend(0.0);
-                vec![side(r, t * self.aspect), side(-r, t * self.aspect), side(u, t), side(-u, t)]
-            }
-            Lens::Orthographic { half_height: h } => {
-                let side = |s: DVec3, half: f64| s.extend(half);
-                vec![side(r, h * self.aspect), side(-r, h * self.aspect), side(u, h), side(-u, h)]
-            }
+        let (Lens::Perspective { tan_half_height: half } | Lens::Orthographic { half_height: half }) = self.lens;
+        let [low, high] = self.tangents(half);
+        let side = |s: DVec3, most: f64| match self.lens {
+            Lens::Perspective { .. } => (f * most + s).extend(0.0),
+            Lens::Orthographic { .. } => s.extend(most),
         };
+        let mut planes = vec![side(r, -low.x), side(-r, high.x), side(u, -low.y), side(-u, high.y)];
         planes.push(f.extend(-self.near));
         if let Some(far) = self.far {
             planes.push((-f).extend(far));
@@ -150,6 +162,7 @@ mod tests {
             up: DVec3::Z,
             forward: DVec3::Y,
             lens: Lens::Perspective { tan_half_height: 0.5 },
+            center: DVec2::ZERO,
             aspect: 1.5,
             pixels: 400.0,
             near: 0.1,
@@ -158,8 +171,16 @@ mod tests {
         vec![
             base,
             Viewpoint { far: Some(100.0), ..base },
+            Viewpoint { center: DVec2::new(0.4, -1.5), ..base },
             // Its rays start beside the eye, which at 1.5e11 has a digit after the point.
             Viewpoint { eye: DVec3::ONE, lens: Lens::Orthographic { half_height: 4.0 }, far: Some(100.0), ..base },
+            Viewpoint {
+                eye: DVec3::ONE,
+                lens: Lens::Orthographic { half_height: 4.0 },
+                center: DVec2::new(-2.0, 0.25),
+                far: Some(100.0),
+                ..base
+            },
         ]
     }
 
@@ -176,6 +197,23 @@ mod tests {
                     assert!((ndc.x - (2.0 * x - 1.0)).abs() < 1e-12, "{ndc} for {x}");
                     assert!((ndc.y - (1.0 - 2.0 * y)).abs() < 1e-12, "{ndc} for {y}");
                     assert!(ndc.z > 0.0 && ndc.z <= 1.0, "{ndc}");
+                }
+            }
+        }
+    }
+
+    /// The planes of the frustum are where the picture ends.
+    #[test]
+    fn what_is_in_the_picture_is_in_the_frustum() {
+        for view in views() {
+            let frustum = view.frustum();
+            for i in -3..=13 {
+                for j in -3..=13 {
+                    let (x, y) = (f64::from(i) / 10.0 + 0.01, f64::from(j) / 10.0 + 0.01);
+                    let (origin, direction) = view.ray(x, y);
+                    let p = (origin - view.eye) + direction * (2.0 * view.near / direction.dot(view.forward));
+                    let inside = (0.0..=1.0).contains(&x) && (0.0..=1.0).contains(&y);
+                    assert_eq!(!frustum.excludes(p, p), inside, "{x} {y} {view:?}");
                 }
             }
         }

@@ -1,11 +1,31 @@
 use std::sync::Arc;
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec2, DVec3};
+use serde::{Deserialize, Serialize};
 
+use super::field::enum_field;
 use super::{AxisAngle, FieldProblem, PropertyNode};
 use crate::action::{Lens, PlacedCamera, PropertyContext, State};
 
-/// What the two kinds of camera have in common, as the actions use it.
+/// What becomes of a camera's picture in a place for it that has other proportions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, Default)]
+pub enum ViewportMapping {
+    /// More is seen on two sides, so that all of the place is filled and nothing that the camera shows is lost.
+    #[default]
+    AdjustCamera,
+    /// The picture is stretched to fill the place.
+    LeaveAlone,
+    /// The picture keeps its proportions in the middle of the place; what is left is grey.
+    CropViewportFillFrame,
+    /// As before, but what is left has the colour of the background, and a line goes around the picture.
+    CropViewportLineFrame,
+    /// As before, without the line.
+    CropViewportNoFrame,
+}
+
+enum_field!(ViewportMapping: AdjustCamera | LeaveAlone | CropViewportFillFrame | CropViewportLineFrame | CropViewportNoFrame);
+
+/// What the kinds of camera have in common, as the actions use it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraFields {
     /// Where the eye is, in local coordinates; `None` sees all of the scene.
@@ -16,6 +36,12 @@ pub struct CameraFields {
     pub orientation: DQuat,
     /// Field of view.
     pub lens: Lens,
+    /// Width over height of what is meant to be in the picture.
+    pub aspect: f64,
+    /// The middle of the picture, as in [`Viewpoint::center`](crate::action::Viewpoint::center).
+    pub center: DVec2,
+    /// How it gets into a picture of other proportions.
+    pub viewport_mapping: ViewportMapping,
     /// `None`: fitted to the scene.
     pub near_distance: Option<f64>,
     /// `None`: without limit (perspective), fitted to the scene (orthographic).
@@ -24,6 +50,16 @@ pub struct CameraFields {
 
 fn place(fields: CameraFields, state: &mut State, cx: &PropertyContext<'_>) {
     state.camera = Some(Arc::new(PlacedCamera { fields, model: state.model, key: cx.key, path: cx.path.clone() }));
+}
+
+/// Width over height of the picture of a camera whose own is a square unless it is cropped or stretched.
+fn aspect(mapping: ViewportMapping, ratio: f64) -> f64 {
+    if mapping == ViewportMapping::AdjustCamera { 1.0 } else { ratio }
+}
+
+fn bad_ratio(ratio: f64) -> Option<FieldProblem> {
+    (!(ratio > 0.0 && ratio.is_finite()))
+        .then(|| FieldProblem::new("aspect_ratio", format!("{ratio} does not work: it has to be above 0")))
 }
 
 fn problems(near: Option<f64>, far: Option<f64>, position: Option<DVec3>, look_at: Option<DVec3>) -> Vec<FieldProblem> {
@@ -69,6 +105,10 @@ crate::define_node! {
         pub near_distance: Option<f64> = None,
         /// Furthest distance seen. None: no limit.
         pub far_distance: Option<f64> = None,
+        /// What becomes of the picture in a place of other proportions.
+        pub viewport_mapping: ViewportMapping = ViewportMapping::AdjustCamera,
+        /// Width over height of the picture, above 0, where it is cropped or stretched. Not read by `AdjustCamera`.
+        pub aspect_ratio: f64 = 1.0,
     }
     actions {
         Render: "looks through the first camera, or the one that is named";
@@ -77,6 +117,7 @@ crate::define_node! {
     }
     check |c: &PerspectiveCamera| {
         let mut found = problems(c.near_distance, c.far_distance, c.position, c.look_at);
+        found.extend(bad_ratio(c.aspect_ratio));
         if !(c.height_angle > 0.0 && c.height_angle < std::f64::consts::PI) {
             let message = format!("{} does not work: an angle in radians above 0 and below π", c.height_angle);
             found.push(FieldProblem::new("height_angle", message));
@@ -92,6 +133,9 @@ impl PropertyNode for PerspectiveCamera {
             look_at: self.look_at,
             orientation: self.orientation.quat(),
             lens: Lens::Perspective { tan_half_height: (self.height_angle * 0.5).tan() },
+            aspect: aspect(self.viewport_mapping, self.aspect_ratio),
+            center: DVec2::ZERO,
+            viewport_mapping: self.viewport_mapping,
             near_distance: self.near_distance,
             far_distance: self.far_distance,
         };
@@ -125,6 +169,10 @@ crate::define_node! {
         pub near_distance: Option<f64> = None,
         /// Furthest distance seen. None: fitted to the scene.
         pub far_distance: Option<f64> = None,
+        /// What becomes of the picture in a place of other proportions.
+        pub viewport_mapping: ViewportMapping = ViewportMapping::AdjustCamera,
+        /// Width over height of the picture, above 0, where it is cropped or stretched. Not read by `AdjustCamera`.
+        pub aspect_ratio: f64 = 1.0,
     }
     actions {
         Render: "looks through the first camera, or the one that is named";
@@ -133,6 +181,7 @@ crate::define_node! {
     }
     check |c: &OrthographicCamera| {
         let mut found = problems(c.near_distance, c.far_distance, c.position, c.look_at);
+        found.extend(bad_ratio(c.aspect_ratio));
         if c.height <= 0.0 {
             found.push(FieldProblem::new("height", format!("{} does not work: it has to be above 0", c.height)));
         }
@@ -147,6 +196,84 @@ impl PropertyNode for OrthographicCamera {
             look_at: self.look_at,
             orientation: self.orientation.quat(),
             lens: Lens::Orthographic { half_height: self.height * 0.5 },
+            aspect: aspect(self.viewport_mapping, self.aspect_ratio),
+            center: DVec2::ZERO,
+            viewport_mapping: self.viewport_mapping,
+            near_distance: self.near_distance,
+            far_distance: self.far_distance,
+        };
+        place(fields, state, cx);
+    }
+
+    fn moves_shapes(&self) -> bool {
+        false
+    }
+}
+
+crate::define_node! {
+    /// A camera with perspective whose picture is any window before the eye: for tiles of large pictures, for walls of
+    /// screens, and for pairs of pictures for two eyes.
+    ///
+    /// Otherwise as [`PerspectiveCamera`].
+    ///
+    /// ```ron
+    /// FrustumCamera(position: (0.0, 0.0, 10.0), left: 0.0, right: 1.0, bottom: 0.0, top: 0.5)
+    /// ```
+    pub struct FrustumCamera: property {
+        /// Where the eye is, local coordinates. None: where all of the scene is in view.
+        pub position: Option<DVec3> = None,
+        /// Turns the view from its default, along −z with y up.
+        pub orientation: AxisAngle = AxisAngle::IDENTITY,
+        /// A point to look at, instead of `orientation`; up is z, or y when looking along z. Without `position` the point
+        /// is the middle of the picture.
+        pub look_at: Option<DVec3> = None,
+        /// Left border of the picture: to the right of where the view goes, at a distance of 1 before the eye. (Open Inventor
+        /// measures at `near_distance`, which is 1 by default there and may be fitted here: divide by it.)
+        pub left: f64 = -0.5,
+        /// Right border of the picture, beyond `left`.
+        pub right: f64 = 0.5,
+        /// Upper border of the picture, above `bottom`.
+        pub top: f64 = 0.5,
+        /// Lower border of the picture.
+        pub bottom: f64 = -0.5,
+        /// Nearest distance seen. None: fitted to the scene.
+        pub near_distance: Option<f64> = None,
+        /// Furthest distance seen. None: no limit.
+        pub far_distance: Option<f64> = None,
+        /// What becomes of the picture in a place of other proportions.
+        pub viewport_mapping: ViewportMapping = ViewportMapping::AdjustCamera,
+    }
+    actions {
+        Render: "looks through the first camera, or the one that is named";
+        RayPick, HandleEvent: "send rays through its picture";
+        Callback, PrimitiveCount: "choose levels of detail for its picture";
+    }
+    check |c: &FrustumCamera| {
+        let mut found = problems(c.near_distance, c.far_distance, c.position, c.look_at);
+        if c.left >= c.right {
+            let message = format!("{} does not work: it has to be beyond left ({})", c.right, c.left);
+            found.push(FieldProblem::new("right", message));
+        }
+        if c.bottom >= c.top {
+            let message = format!("{} does not work: it has to be above bottom ({})", c.top, c.bottom);
+            found.push(FieldProblem::new("top", message));
+        }
+        found
+    };
+}
+
+impl PropertyNode for FrustumCamera {
+    fn apply(&self, state: &mut State, cx: &PropertyContext<'_>) {
+        let (low, high) = (DVec2::new(self.left, self.bottom), DVec2::new(self.right, self.top));
+        let size = high - low;
+        let fields = CameraFields {
+            position: self.position,
+            look_at: self.look_at,
+            orientation: self.orientation.quat(),
+            lens: Lens::Perspective { tan_half_height: size.y * 0.5 },
+            aspect: size.x / size.y,
+            center: (low + high) / size,
+            viewport_mapping: self.viewport_mapping,
             near_distance: self.near_distance,
             far_distance: self.far_distance,
         };

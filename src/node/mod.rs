@@ -64,7 +64,7 @@ pub use background::Background;
 pub use base_color::BaseColor;
 pub use bump_map::BumpMap;
 pub use callback::{Callback, CallbackFunction, Function};
-pub use camera::{CameraFields, OrthographicCamera, PerspectiveCamera};
+pub use camera::{CameraFields, FrustumCamera, OrthographicCamera, PerspectiveCamera, ViewportMapping};
 pub(crate) use color_ramp::mix_stops;
 pub use color_ramp::{ColorRamp, RAMP_STOPS, Ramp, RampBy};
 pub use complexity::{Complexity, TextureFilter};

@@ -62,6 +62,7 @@ const BUILT_IN: &[&NodeInfo] = &[
     super::NormalBinding::INFO,
     super::NormalMap::INFO,
     super::OrthographicCamera::INFO,
+    super::FrustumCamera::INFO,
     super::PerspectiveCamera::INFO,
     super::PickStyle::INFO,
     super::PointLight::INFO,

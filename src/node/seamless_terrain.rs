@@ -291,7 +291,7 @@ pub fn lattice_view(view: &Viewpoint, model: &DAffine3, frame: &LatticeFrame) ->
     let projection = match view.lens {
         Lens::Perspective { tan_half_height } => PixelProjection::Perspective {
             focal: 0.5 * view.pixels / tan_half_height,
-            tangents: DVec2::new(tan_half_height * view.aspect, tan_half_height),
+            tangents: view.tangents(tan_half_height),
         },
         Lens::Orthographic { half_height } => PixelProjection::Orthographic { scale: 0.5 * view.pixels / half_height },
     };

@@ -113,7 +113,9 @@ impl Place {
             return None;
         }
         let clip = view.clip_from_eye() * (origin - view.eye).extend(1.0);
-        let picture = [(view.aspect * view.pixels).round(), view.pixels];
+        // A picture may be stretched; the text in it is not.
+        let unstretched = [(view.aspect * view.pixels).round(), view.pixels];
+        let picture = cx.cameras.map_or(unstretched, |cameras| cameras.size().map(f64::from));
         let pixel = pixel_of(clip, picture)?.map(f64::round);
         Some(Self { picture, pixel, clip, depth })
     }

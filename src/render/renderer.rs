@@ -19,7 +19,7 @@ use super::targets::Targets;
 use super::textures::{Gpu, Textures};
 use super::timer::Timer;
 use super::uniforms::{self, Factors, STRIP_COLOR, TILE_COLOR};
-use crate::action::{DebugColor, Draw, Frame, Geometry, GeometryKind, Mesh};
+use crate::action::{DebugColor, Draw, Fill, Frame, Geometry, GeometryKind, Mesh, PixelArea};
 use crate::terrain::{Instance, LooseVertex, Parts, PatchWeights, Resolutions};
 
 /// What a [`Renderer`] is made with.
@@ -157,12 +157,13 @@ struct Scratch {
     uvs: Vec<Vec2>,
     corner_indices: Vec<u32>,
     jobs: Vec<Job>,
-    sky: Option<SkyJob>,
+    fills: Vec<FillJob>,
 }
 
-/// The sky with all it needs on the device.
+/// A part of the picture to be filled, with all it needs on the device.
 #[derive(Debug)]
-struct SkyJob {
+struct FillJob {
+    area: PixelArea,
     pipeline: wgpu::RenderPipeline,
     uniform_size: u64,
     uniforms: u32,
@@ -310,7 +311,7 @@ impl Renderer {
         self.send(gpu)?;
         let draw_calls = guarded(device, "drawing", || self.encode(gpu, frame, view))?;
         self.scratch.jobs.clear();
-        self.scratch.sky = None;
+        self.scratch.fills.clear();
 
         self.textures.retire(self.frame);
         self.bound_textures.retire(self.frame);
@@ -441,14 +442,12 @@ impl Renderer {
         scratch.uvs.clear();
         scratch.corner_indices.clear();
         scratch.jobs.clear();
-        scratch.sky = match &frame.sky {
-            Some(sky) => {
-                let pipeline = self.pipelines.sky(gpu.device)?;
-                let (uniforms, uniform_size) = scratch.add_uniforms(gpu, |bytes| uniforms::write_sky(sky, bytes));
-                Some(SkyJob { pipeline, uniform_size, uniforms })
-            }
-            None => None,
-        };
+        scratch.fills.clear();
+        for Fill { area, sky } in frame.fills().into_iter().flatten() {
+            let pipeline = self.pipelines.sky(gpu.device)?;
+            let (uniforms, uniform_size) = scratch.add_uniforms(gpu, |bytes| uniforms::write_sky(&sky, bytes));
+            scratch.fills.push(FillJob { area, pipeline, uniform_size, uniforms });
+        }
         for (index, draw) in frame.draws.iter().enumerate() {
             // What is out of view costs nothing, not even its map.
             if draw.calls() > 0 && draw.triangles() > 0 {
@@ -589,7 +588,7 @@ impl Renderer {
         self.corner_indices.write(device, queue, bytemuck::cast_slice(&scratch.corner_indices))?;
         let Some(buffer) = self.uniforms.get() else { return Ok(()) };
         let layout = self.pipelines.draw_layout(device)?;
-        let sizes = scratch.sky.iter().map(|sky| sky.uniform_size);
+        let sizes = scratch.fills.iter().map(|fill| fill.uniform_size);
         let values = scratch.jobs.iter().filter_map(|job| job.values).map(|(_, size)| size);
         for size in sizes.chain(scratch.jobs.iter().map(|job| job.uniform_size)).chain(values) {
             if self.bound_uniforms.contains_key(&size) {
@@ -629,7 +628,7 @@ impl Renderer {
                     depth_slice: None,
                     resolve_target,
                     ops: wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(self.clear_color(frame.background)),
+                        load: wgpu::LoadOp::Clear(self.clear_color(frame.clear())),
                         store: if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store },
                     },
                 })],
@@ -645,13 +644,21 @@ impl Renderer {
                 occlusion_query_set: None,
                 multiview_mask: None,
             });
-            if let Some(sky) = &self.scratch.sky
-                && let Some(bound) = self.bound_uniforms.get(&sky.uniform_size)
-            {
-                pass.set_pipeline(&sky.pipeline);
-                pass.set_bind_group(0, bound, &[sky.uniforms]);
+            let limit = |pass: &mut wgpu::RenderPass<'_>, area: PixelArea| {
+                pass.set_scissor_rect(area.left, area.top, area.width, area.height);
+            };
+            for fill in &self.scratch.fills {
+                let Some(bound) = self.bound_uniforms.get(&fill.uniform_size) else { continue };
+                if frame.crop.is_some() {
+                    limit(&mut pass, fill.area);
+                }
+                pass.set_pipeline(&fill.pipeline);
+                pass.set_bind_group(0, bound, &[fill.uniforms]);
                 pass.draw(0..3, 0..1);
                 calls += 1;
+            }
+            if let Some(crop) = frame.crop {
+                limit(&mut pass, crop.area);
             }
             // What is one surface in two draws, a terrain's instances and its loose triangles, hides itself: depth of both
             // before colour of either.

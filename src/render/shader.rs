@@ -259,7 +259,9 @@ fn translate(
     let mut compiler = Wesl::new_barebones().set_custom_resolver(modules);
     compiler.set_options(options);
     compiler.set_mangler(ManglerKind::None);
-    let result = compiler.compile(&path(main)?).map_err(|e| RenderError::Shader(e.to_string()))?;
+    let mut result = compiler.compile(&path(main)?).map_err(|e| RenderError::Shader(e.to_string()))?;
+    // The same text each time: modules come in any order.
+    result.syntax.global_declarations.sort_by_cached_key(ToString::to_string);
     Ok(result.to_string())
 }
 

@@ -25,6 +25,7 @@ pub(super) struct Axis {
 }
 
 impl Axis {
+    #[inline(always)]
     pub(super) fn new(origin: f64, direction: f64, cells: u32) -> Self {
         let from = if direction == 0.0 { f64::from((origin as u32).min(cells - 1)) + 0.5 } else { origin };
         let inverse = if direction == 0.0 { f64::INFINITY } else { 1.0 / direction };

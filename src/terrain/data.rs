@@ -259,7 +259,7 @@ impl PatchTree {
     /// # Example
     ///
     /// ```
-    /// use glam::{DAffine3, DVec3};
+    /// use glam::{DAffine3, DVec2, DVec3};
     /// use seamount::action::{Lens, Viewpoint};
     /// use seamount::node::{SeamlessTerrain, lattice_view};
     /// use seamount::terrain::{Detail, Resolutions, Terrain, generate};
@@ -271,6 +271,7 @@ impl PatchTree {
     ///     up: DVec3::Z,
     ///     forward: DVec3::Y,
     ///     lens: Lens::Perspective { tan_half_height: 0.8 },
+    ///     center: DVec2::ZERO,
     ///     aspect: 1.5,
     ///     pixels: 480.0,
     ///     near: 0.01,

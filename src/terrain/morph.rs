@@ -303,7 +303,7 @@ impl MorphErrors {
         }
         let (near, least, most) = match view.projection {
             PixelProjection::Orthographic { .. } => (1.0, DVec2::ZERO, DVec2::ZERO),
-            PixelProjection::Perspective { tangents, .. } => {
+            PixelProjection::Perspective { tangents: [leftmost, rightmost], .. } => {
                 // Sums of the smallest and of the largest terms, so that rounding keeps the order of nested boxes.
                 let range = |f: DVec4| {
                     let [x, y, z] = [(f.x, low.x, high.x), (f.y, low.y, high.y), (f.z, low.z, high.z)]
@@ -319,7 +319,7 @@ impl MorphErrors {
                     [least / if least > 0.0 { far } else { near }, most / if most > 0.0 { near } else { far }]
                 };
                 let ([x0, x1], [y0, y1]) = (tangent(view.right), tangent(view.up));
-                let [least, most] = [DVec2::new(x0, y0), DVec2::new(x1, y1)].map(|t| t.clamp(-tangents, tangents));
+                let [least, most] = [DVec2::new(x0, y0), DVec2::new(x1, y1)].map(|t| t.clamp(leftmost, rightmost));
                 (near, least, most)
             }
         };

@@ -117,14 +117,20 @@ impl Fan {
     /// The triangle that a point of the patch lies in. On a border any of the triangles there, never one without area.
     #[must_use]
     pub fn side_at(&self, u: f64, v: f64) -> Side {
+        self.side_with(&Side::ALL.map(|side| 1.0 / self.area(side)), u, v)
+    }
+
+    /// [`Fan::side_at`], given 1 / area of all triangles.
+    fn side_with(&self, inverse_areas: &[f64; 4], u: f64, v: f64) -> Side {
+        let p = DVec3::new(u, v, 0.0);
         let mut best = (f64::NEG_INFINITY, Side::North);
-        for side in Side::ALL {
-            if self.area(side) == 0.0 {
+        for (side, inverse) in Side::ALL.into_iter().zip(inverse_areas) {
+            if !inverse.is_finite() {
                 continue;
             }
             // Least of the barycentric coordinates: the triangle in which the point lies deepest.
-            let [a, b, c] = self.barycentric(side, u, v);
-            let depth = a.min(b).min(c);
+            let [a, b, c] = self.triangle(side);
+            let depth = smaller(smaller(cross(b, c, p), cross(c, a, p)), cross(a, b, p)) * inverse;
             if depth > best.0 {
                 best = (depth, side);
             }
@@ -292,8 +298,10 @@ pub fn fan_error(field: &HeightField, tree: &Hierarchy, patch: PatchId) -> f64 {
 /// samples, which f32 holds exactly. 32 bytes a node.
 #[derive(Debug)]
 pub struct FanTree {
-    /// The first holds the roots.
-    blocks: Vec<Block>,
+    /// That of the roots.
+    top: Block,
+    /// The roots have 2^shift cells a side.
+    shift: u32,
     /// Block by block, row by row.
     nodes: Vec<FanNode>,
     /// Smallest and largest height of all fans.
@@ -302,24 +310,40 @@ pub struct FanTree {
     step_limit: u32,
 }
 
-/// The nodes below one node, or the roots: all of one level, side by side.
+/// The nodes below one node, or the roots: all of one level, side by side, 2^bits a side (1 to 4 bits, by the resolutions).
 ///
-/// Where a patch has two by two children and all of them are split, its block holds the sixteen of the level below: a block
-/// costs a walk more than a step does.
-#[derive(Debug, Clone, Copy)]
-struct Block {
-    /// The first of its nodes.
-    first: u32,
-    /// Nodes in a row: fewer than 2^bits at the border of the map.
-    width: u32,
-    /// The block of the node above; its own number for the roots.
-    parent: u32,
-    /// Of the patches.
-    level: u8,
-    /// The patches have 2^shift cells a side.
-    shift: u8,
-    /// The block has up to 2^bits nodes a side.
-    bits: u8,
+/// Where patches have two by two children and all patches of a block are split, it holds their children instead, up to four by
+/// four, and on the finest level eight by eight: going down into a block costs a walk more than a step does. Where the map ends
+/// within a block, nodes that no walk comes to fill it up. So all that a walk has to know of a block is packed into one number,
+/// in the node above: going down waits for one load, not for two.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Block(u32);
+
+impl Block {
+    /// Below an active patch. (It would be that of the roots, which are below nothing.)
+    const NONE: Self = Self(0);
+
+    /// Its first node is number `first`: a multiple of four, so that two bits are left.
+    fn new(first: usize, bits: u32) -> Self {
+        Self(first as u32 | (bits - 1))
+    }
+
+    #[inline(always)]
+    fn first(self) -> usize {
+        (self.0 & !3) as usize
+    }
+
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        (self.0 & 3) + 1
+    }
+
+    /// Where the node of a patch is, by its column and row in the map.
+    #[inline(always)]
+    fn place(self, column: usize, row: usize) -> usize {
+        let (bits, mask) = (self.bits(), (1usize << self.bits()) - 1);
+        self.first() + ((row & mask) << bits) + (column & mask)
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -328,81 +352,72 @@ struct FanNode {
     high: f32,
     /// Corners north-west, north-east, south-east, south-west, and the centre; of an active patch.
     heights: [f32; 5],
-    /// The block of the nodes below, 0 for an active patch.
-    below: u32,
+    below: Block,
 }
 
 impl FanTree {
     /// The fans of the active patches.
     #[must_use]
     pub fn new(field: &HeightField, tree: &Hierarchy, selection: &Selection) -> Self {
-        let mut fans = Self { blocks: Vec::new(), nodes: Vec::new(), range: [0.0; 2], step_limit: tree.step_limit() };
+        let mut nodes = Vec::new();
+        let maker = Maker { field, tree, selection, bits: tree.resolutions().branching().trailing_zeros() };
         // The roots are no more than the children of one patch would be.
-        let bits = tree.resolutions().branching().trailing_zeros() as u8;
-        let (_, range) = fans.add(field, tree, selection, PatchId { level: 0, column: 0, row: 0 }, bits, 0);
-        fans.range = range.map(f64::from);
-        fans
+        let (top, shift, range) = maker.add(&mut nodes, PatchId { level: 0, column: 0, row: 0 }, maker.bits);
+        Self { top, shift, nodes, range: range.map(f64::from), step_limit: tree.step_limit() }
     }
 
-    /// Adds the block whose north-west corner is `corner`, and all below. Returns its number and the range of its fans.
-    fn add(
-        &mut self,
-        field: &HeightField,
-        tree: &Hierarchy,
-        selection: &Selection,
-        corner: PatchId,
-        bits: u8,
-        parent: u32,
-    ) -> (u32, [f32; 2]) {
-        let level = corner.level;
-        let [columns, rows] = tree.grid(level);
-        let columns = corner.column..(corner.column + (1 << bits)).min(columns);
-        let rows = corner.row..(corner.row + (1 << bits)).min(rows);
-        let width = columns.len();
+    /// Bytes that the nodes occupy.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice())
+    }
+}
+
+/// Makes a [`FanTree`].
+struct Maker<'t> {
+    field: &'t HeightField,
+    tree: &'t Hierarchy,
+    selection: &'t Selection,
+    /// A patch has 2^bits children a side.
+    bits: u32,
+}
+
+impl Maker<'_> {
+    /// Adds the block of 2^bits patches a side whose north-west corner is `corner`, and all below. Returns it with the shift of
+    /// its patches' size and the range of its fans.
+    fn add(&self, nodes: &mut Vec<FanNode>, corner: PatchId, bits: u32) -> (Block, u32, [f32; 2]) {
+        let PatchId { level, column: west, row: north } = corner;
+        let [columns, rows] = self.tree.grid(level);
+        let (columns, rows) = (west..(west + (1 << bits)).min(columns), north..(north + (1 << bits)).min(rows));
         let patches = rows.flat_map(|row| columns.clone().map(move |column| PatchId { level, column, row }));
-        if bits == 1 && patches.clone().all(|patch| selection.is_split(tree, patch)) {
-            let corner = PatchId { level: level + 1, column: 2 * corner.column, row: 2 * corner.row };
-            return self.add(field, tree, selection, corner, 2, parent);
+        // The finest level fills most of the map: larger blocks there save more ways down than they cost steps.
+        let most = if level + 1 == self.tree.depth() { 3 } else { 2 };
+        if self.bits == 1 && bits < most && patches.clone().all(|patch| self.selection.is_split(self.tree, patch)) {
+            return self.add(nodes, PatchId { level: level + 1, column: 2 * west, row: 2 * north }, bits + 1);
         }
-        let (number, first) = (self.blocks.len() as u32, self.nodes.len());
-        let shift = tree.size(level).trailing_zeros() as u8;
-        self.blocks.push(Block { first: first as u32, width: width as u32, parent, level, shift, bits });
-        let nothing = FanNode { low: f32::INFINITY, high: f32::NEG_INFINITY, heights: [0.0; 5], below: 0 };
-        self.nodes.resize(first + patches.clone().count(), nothing);
+        let block = Block::new(nodes.len(), bits);
+        let nothing = FanNode { low: f32::INFINITY, high: f32::NEG_INFINITY, heights: [0.0; 5], below: Block::NONE };
+        nodes.resize(nodes.len() + (1 << (2 * bits)), nothing);
         let mut range = [f32::INFINITY, f32::NEG_INFINITY];
-        for (patch, at) in patches.zip(first..) {
+        for patch in patches {
+            let PatchId { level, column, row } = patch;
             let mut node = nothing;
-            if selection.is_split(tree, patch) {
-                let bits = tree.resolutions().branching().trailing_zeros() as u8;
-                let PatchId { level, column, row } = patch;
-                let corner = PatchId { level: level + 1, column: column << bits, row: row << bits };
-                (node.below, [node.low, node.high]) = self.add(field, tree, selection, corner, bits, number);
+            if self.selection.is_split(self.tree, patch) {
+                let corner = PatchId { level: level + 1, column: column << self.bits, row: row << self.bits };
+                (node.below, _, [node.low, node.high]) = self.add(nodes, corner, self.bits);
             } else {
-                node.heights = Fan::places(tree, patch).map(|[u, v]| field.raw(u, v) as f32);
+                node.heights = Fan::places(self.tree, patch).map(|[u, v]| self.field.raw(u, v) as f32);
                 [node.low, node.high] = node
                     .heights
                     .iter()
                     .fold([node.low, node.high], |[low, high], &height| [low.min(height), high.max(height)]);
             }
             range = [range[0].min(node.low), range[1].max(node.high)];
-            if let Some(place) = self.nodes.get_mut(at) {
+            if let Some(place) = nodes.get_mut(block.place(column as usize, row as usize)) {
                 *place = node;
             }
         }
-        (number, range)
-    }
-
-    /// The node of a patch of the block's level, by its column and row in the map.
-    #[inline(always)]
-    fn node(&self, block: &Block, column: usize, row: usize) -> Option<&FanNode> {
-        let mask = (1usize << block.bits) - 1;
-        self.nodes.get(block.first as usize + (row & mask) * block.width as usize + (column & mask))
-    }
-
-    /// Bytes that the nodes occupy.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())
+        (block, self.tree.size(level).trailing_zeros(), range)
     }
 }
 
@@ -498,9 +513,13 @@ fn inverse_power(power: u32) -> f64 {
 }
 
 /// Where a walk is.
-#[derive(Clone, Copy)]
-struct Place<'t> {
-    block: &'t Block,
+struct Place {
+    /// The block it is in, and those around it, from the top.
+    blocks: [Block; 25],
+    /// How many there are around it.
+    depth: usize,
+    /// Its patches have 2^shift cells a side.
+    shift: u32,
     column: usize,
     row: usize,
     t: f64,
@@ -510,14 +529,21 @@ struct Place<'t> {
     left: u32,
 }
 
-impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
+impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
     /// Walks from a parameter on.
     fn march(&mut self, start: f64) {
-        let fans = self.surface.fans;
-        let Some(roots) = fans.blocks.first() else { return };
-        let [column, row] = [self.u, self.v].map(|axis| axis.child(0, roots.bits.into(), roots.shift.into(), start));
-        let mut place =
-            Place { block: roots, column, row, t: start, z: self.height_along(start), left: fans.step_limit };
+        let FanTree { top, shift, step_limit, .. } = *self.surface.fans;
+        let [column, row] = [self.u, self.v].map(|axis| axis.child(0, top.bits(), shift, start));
+        let mut place = Place {
+            blocks: [top; 25],
+            depth: 0,
+            shift,
+            column,
+            row,
+            t: start,
+            z: self.height_along(start),
+            left: step_limit,
+        };
         while match self.sign {
             1 => self.march_on::<1>(&mut place),
             -1 => self.march_on::<-1>(&mut place),
@@ -528,14 +554,16 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
     /// Walks on while the ray is on one side of the surface. `SIGN` says which: blocks on that side of the ray are passed, with 0 those
     /// on any. Returns `true` when the sign has changed.
     #[inline(always)]
-    fn march_on<const SIGN: i8>(&mut self, place: &mut Place<'t>) -> bool {
+    fn march_on<const SIGN: i8>(&mut self, place: &mut Place) -> bool {
         let (u, v, far) = (self.u, self.v, self.ray.far);
-        let fans = self.surface.fans;
-        let Place { mut block, mut column, mut row, mut t, mut z, mut left } = *place;
+        let nodes = self.surface.fans.nodes.as_slice();
+        let Place { mut shift, mut column, mut row, mut t, mut z, mut left, mut depth, .. } = *place;
+        let Some(&(mut block)) = place.blocks.get(depth) else { return false };
         loop {
-            let size = number(1 << block.shift);
+            let size = number(1 << shift);
             let ((mut line_u, step_u), (mut line_v, step_v)) = (u.ahead(column, size), v.ahead(row, size));
             let (mut leave_u, mut leave_v) = (u.line(line_u), v.line(line_v));
+            let bits = block.bits();
             let below = loop {
                 if left == 0 {
                     debug_assert!(false, "a walk visits no block twice");
@@ -544,7 +572,7 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
                 left -= 1;
                 let leave = smaller(smaller(leave_u, leave_v), far);
                 let z_leave = self.height_along(leave);
-                let Some(node) = fans.node(block, column, row) else {
+                let Some(node) = nodes.get(block.place(column, row)) else {
                     debug_assert!(false, "a walk stays on the map");
                     return false;
                 };
@@ -560,53 +588,55 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
                     }
                     self.zero_since = None;
                     self.last = None;
-                } else if node.below != 0 {
+                } else if node.below != Block::NONE {
                     // Also where a block is clear, but on the other side: so that the hit at its border gets its patch.
                     break Ok(node.below);
-                } else {
-                    let patch = PatchId { level: block.level, column: column as u32, row: row as u32 };
-                    if !self.fan(patch, node, block.shift, [t, leave]) {
-                        return false;
-                    }
+                } else if !self.fan(node, [column, row], shift, [t, leave]) {
+                    return false;
                 }
                 if leave >= far {
                     return false;
                 }
                 (t, z) = (leave, z_leave);
-                let crossed;
-                if leave_u <= leave_v {
-                    let next = u.next(column);
-                    crossed = (next ^ column) >> block.bits;
-                    column = next;
-                    line_u += step_u;
-                    leave_u = u.line(line_u);
-                } else {
-                    let next = v.next(row);
-                    crossed = (next ^ row) >> block.bits;
-                    row = next;
-                    line_v += step_v;
-                    leave_v = v.line(line_v);
-                }
+                // Which of the two lines comes first is a coin toss: both ways are worked out rather than guessed at.
+                let along_u = leave_u <= leave_v;
+                let (next_column, next_row) = if along_u { (u.next(column), row) } else { (column, v.next(row)) };
+                let crossed = ((next_column ^ column) | (next_row ^ row)) >> bits;
+                (column, row) = (next_column, next_row);
+                line_u += if along_u { step_u } else { 0.0 };
+                line_v += if along_u { 0.0 } else { step_v };
+                (leave_u, leave_v) = (u.line(line_u), v.line(line_v));
                 if crossed != 0 || self.sign != SIGN {
                     break Err(crossed);
                 }
             };
             match below {
                 Ok(below) => {
-                    let Some(below) = fans.blocks.get(below as usize) else { return false };
                     block = below;
-                    column = u.child(column, block.bits.into(), block.shift.into(), t);
-                    row = v.child(row, block.bits.into(), block.shift.into(), t);
+                    depth += 1;
+                    let Some(slot) = place.blocks.get_mut(depth) else { return false };
+                    *slot = block;
+                    shift -= block.bits();
+                    // The usual numbers of bits as constants: there is nothing to loop over.
+                    (column, row) = match block.bits() {
+                        1 => (u.child(column, 1, shift, t), v.child(row, 1, shift, t)),
+                        2 => (u.child(column, 2, shift, t), v.child(row, 2, shift, t)),
+                        3 => (u.child(column, 3, shift, t), v.child(row, 3, shift, t)),
+                        bits => (u.child(column, bits, shift, t), v.child(row, bits, shift, t)),
+                    };
                 }
                 Err(mut crossed) => {
                     while crossed != 0 {
-                        (column, row) = (column >> block.bits, row >> block.bits);
-                        let Some(parent) = fans.blocks.get(block.parent as usize) else { return false };
-                        block = parent;
-                        crossed >>= block.bits;
+                        let bits = block.bits();
+                        (column, row, shift) = (column >> bits, row >> bits, shift + bits);
+                        depth = depth.wrapping_sub(1);
+                        let Some(&around) = place.blocks.get(depth) else { return false };
+                        block = around;
+                        crossed >>= block.bits();
                     }
                     if self.sign != SIGN {
-                        *place = Place { block, column, row, t, z, left };
+                        (place.shift, place.column, place.row, place.depth) = (shift, column, row, depth);
+                        (place.t, place.z, place.left) = (t, z, left);
                         return true;
                     }
                 }
@@ -619,8 +649,15 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
         self.ray.origin.z + self.ray.direction.z * t
     }
 
+    /// The patch in a column and row of its level, with 2^shift cells a side.
     #[inline(always)]
-    fn fan(&mut self, patch: PatchId, node: &FanNode, shift: u8, [near, far]: [f64; 2]) -> bool {
+    fn patch(&self, [column, row]: [usize; 2], shift: u32) -> PatchId {
+        PatchId { level: self.surface.tree.level_with(shift), column: column as u32, row: row as u32 }
+    }
+
+    #[inline(always)]
+    fn fan(&mut self, node: &FanNode, place: [usize; 2], shift: u32, [near, far]: [f64; 2]) -> bool {
+        let patch = self.patch(place, shift);
         let size = 1u32 << shift;
         let [u0, v0] = [patch.column << shift, patch.row << shift];
         if u0 + size > self.u.cells || v0 + size > self.v.cells {
@@ -681,19 +718,25 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
         }
         cuts.sort_unstable_by(f64::total_cmp);
         let ray = self.ray;
+        let inverse_areas = Side::ALL.map(|side| 1.0 / fan.area(side));
         let facet = |t: f64| {
             let p = ray.at(t);
-            fan.facet(fan.side_at(p.x, p.y))
+            fan.facet(fan.side_with(&inverse_areas, p.x, p.y))
         };
         // f at the end of a piece.
         let end = |from: f64, to: f64, t: f64| {
             let p = ray.at(t);
             (t, p.z - facet(0.5 * (from + to)).height(p.x, p.y))
         };
-        let mut ends = [end(near, cuts[0], near); 7];
+        let mut last = end(near, cuts[0], near);
+        let mut ends = [last; 7];
         let mut from = near;
         for (place, to) in ends.iter_mut().skip(1).zip(cuts.into_iter().chain([far])) {
-            *place = end(from, to, to);
+            // Most of the spokes are not crossed, their cuts are all at the end.
+            if to > from {
+                last = end(from, to, to);
+            }
+            *place = last;
             from = to;
         }
         self.follow(patch, &ends, facet)
@@ -705,15 +748,15 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
         let (o, d) = (self.ray.origin, self.ray.direction.z);
         // The lines are measured from the middle of the cell.
         let cell = [self.u.from as usize, self.v.from as usize];
-        let mut number = 0;
+        let (mut block, mut shift) = (fans.top, fans.shift);
         let (patch, node) = loop {
-            let Some(block) = fans.blocks.get(number as usize) else { return };
-            let [column, row] = cell.map(|i| i >> block.shift);
-            let Some(node) = fans.node(block, column, row) else { return };
-            if node.below == 0 {
-                break (PatchId { level: block.level, column: column as u32, row: row as u32 }, node);
+            let [column, row] = cell.map(|i| i >> shift);
+            let Some(node) = fans.nodes.get(block.place(column, row)) else { return };
+            if node.below == Block::NONE {
+                break (self.patch([column, row], shift), node);
             }
-            number = node.below;
+            block = node.below;
+            shift -= block.bits();
         };
         let [[u0, v0], [u1, v1]] = self.surface.tree.extent(patch);
         let size = self.surface.tree.size(patch.level);

@@ -74,8 +74,9 @@ pub enum PixelProjection {
     Perspective {
         /// Focal length in pixels: height of the picture / (2 tan(field of view / 2)).
         focal: f64,
-        /// Tangents of half the horizontal and vertical field of view.
-        tangents: DVec2,
+        /// What is seen: least and greatest tangents to the right and up. Both ways the same but for cameras that look beside
+        /// the middle of their picture.
+        tangents: [DVec2; 2],
     },
     /// Pixels = `scale` · length.
     Orthographic {
@@ -143,7 +144,7 @@ impl PixelError<'_> {
     }
 
     /// Least and most of the rectangle of t = (right, up) / depth that a box covers, as far as it is in view.
-    fn rectangle_in_picture(&self, low: DVec3, high: DVec3, tangents: DVec2) -> [DVec2; 2] {
+    fn rectangle_in_picture(&self, low: DVec3, high: DVec3, [leftmost, rightmost]: [DVec2; 2]) -> [DVec2; 2] {
         let LatticeView { right, up, depth, .. } = self.view;
         let (mut least, mut most) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for k in 0..8 {
@@ -155,13 +156,13 @@ impl PixelError<'_> {
             );
             let z = depth.dot(corner);
             if z <= 0.0 {
-                (least, most) = (-tangents, tangents);
+                (least, most) = (leftmost, rightmost);
                 break;
             }
             let t = DVec2::new(right.dot(corner), up.dot(corner)) / z;
             (least, most) = (least.min(t), most.max(t));
         }
-        [least, most].map(|t| t.clamp(-tangents, tangents))
+        [least, most].map(|t| t.clamp(leftmost, rightmost))
     }
 
     /// Smallest depths on the four sides: of the tile and its half of the strips, in the patch's box.

@@ -104,6 +104,7 @@ impl Map {
             up: right.cross(forward),
             forward,
             lens: Lens::Perspective { tan_half_height: 0.41 },
+            center: DVec2::ZERO,
             aspect: 16.0 / 9.0,
             pixels: 720.0,
             near: 1.0,

@@ -78,4 +78,11 @@ impl Rng {
     pub fn below(&mut self, n: u32) -> u32 {
         (self.bits() % u64::from(n)) as u32
     }
+
+    /// Where the middle of a camera's picture is: one camera of four looks beside it, up to so far that what lies straight
+    /// ahead is not in the picture.
+    pub fn aside(&mut self) -> glam::DVec2 {
+        let aside = glam::DVec2::new(self.range(-3.0, 3.0), self.range(-2.0, 2.0));
+        if self.below(4) == 0 { aside } else { glam::DVec2::ZERO }
+    }
 }
