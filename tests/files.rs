@@ -394,16 +394,38 @@ fn files_made_in_code_are_loaded_when_asked_for() {
     scene.remove(other).unwrap();
     load_files(&mut scene, &registry).unwrap();
     assert_eq!(bounds(&scene).max.x, 2.0);
+    let showing = scene.len();
     scene.edit::<File>(file).unwrap().name = String::new();
     load_files(&mut scene, &registry).unwrap();
     assert_eq!(bounds(&scene).max.x, 1.0);
+    // What nobody shows any more is gone, and named again it is read again.
+    assert_eq!(scene.len(), showing - 1);
+    std::fs::write(folder.path().join("a.ron"), "Scene(version: 1, root: Cube(width: 7))").unwrap();
+    scene.edit::<File>(file).unwrap().name = "a.ron".into();
+    load_files(&mut scene, &registry).unwrap();
+    assert_eq!((bounds(&scene).max.x, scene.len()), (3.5, showing));
+    // So is what was only in it; what stands elsewhere stays.
+    std::fs::write(
+        folder.path().join("outer.ron"),
+        "Scene(version: 1, root: Group(children: [File(name: \"a.ron\")]))",
+    )
+    .unwrap();
+    let outer = scene.add(root, File { name: "outer.ron".into() }).unwrap();
+    load_files(&mut scene, &registry).unwrap();
+    assert_eq!(scene.len(), showing + 3);
+    scene.edit::<File>(file).unwrap().name = String::new();
+    load_files(&mut scene, &registry).unwrap();
+    assert_eq!((bounds(&scene).max.x, scene.len()), (3.5, showing + 3));
+    scene.edit::<File>(outer).unwrap().name = String::new();
+    load_files(&mut scene, &registry).unwrap();
+    assert_eq!((bounds(&scene).max.x, scene.len()), (1.0, 3 + 1));
 
     // A text becomes the scene of a file when it is told which.
     let mut scene = parse("Scene(version: 1, root: File(name: \"a.ron\"))", &registry).unwrap();
     refused(&scene);
     scene.set_source(folder.path().join("text.ron"));
     load_files(&mut scene, &registry).unwrap();
-    assert_eq!(bounds(&scene).max.x, 2.0);
+    assert_eq!(bounds(&scene).max.x, 3.5);
 }
 
 #[test]

@@ -12,7 +12,8 @@ use crate::scene::{NodeKey, Position, Scene, Shown, TextError};
 
 /// Reads the scene files that [`File`] nodes name and do not show yet: those made in code, or given another name.
 ///
-/// Each file is read once however often it is named, and what was read before is not read again.
+/// Each file is read once however often it is named. What a File has shown and none shows any more is taken from the scene; when
+/// it is named again, it is read again.
 ///
 /// # Errors
 ///
@@ -73,6 +74,7 @@ pub(super) fn load(
     }
     let Loader { scene, mut mistakes, before, .. } = loader;
     if mistakes.is_empty() {
+        scene.remove_unshown_files();
         return Ok(());
     }
     for (node, shown) in before.into_iter().rev() {

@@ -140,7 +140,7 @@ crate::define_node! {
         pub point: List<DVec2> = List::default(),
     }
     actions {
-        Render: "lays the texture by them";
+        Render: "lays textures over sets of faces by them";
         RayPick, HandleEvent: "say the texture coordinates of what was hit";
         Callback: "hands triangles out with them";
     }

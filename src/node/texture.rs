@@ -20,8 +20,8 @@ crate::define_node! {
         pub unit: u32 = 0,
     }
     actions {
-        Render, BoundingBox, RayPick, HandleEvent, Callback, PrimitiveCount:
-            "look for heights on the unit that carries them";
+        Render: "shows the textures that follow as this unit is shown";
+        BoundingBox, RayPick, HandleEvent, Callback, PrimitiveCount: "look for heights on the unit that carries them";
     }
 }
 
@@ -71,7 +71,7 @@ crate::define_node! {
         pub image: Option<ImageRef> = None,
     }
     actions {
-        Render: "shows its colours, and takes heights from it on the unit of heights";
+        Render: "lays it over what follows, or takes heights from it";
         BoundingBox, RayPick, HandleEvent, Callback, PrimitiveCount: "take heights from it, where it carries heights";
     }
 }

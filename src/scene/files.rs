@@ -3,12 +3,12 @@
 //! A node belongs to one file, and an edge of the graph leads from one file to another only below a File node. So names of
 //! nodes, and names of files, mean what they mean in the file in which they stand.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path as FilePath, PathBuf};
 
 use slotmap::SecondaryMap;
 
-use super::{NodeKey, Scene};
+use super::{NodeKey, Scene, Slot};
 use crate::node::File;
 
 /// See the module.
@@ -107,6 +107,25 @@ impl Scene {
         self.files.all.truncate(from);
         let slots = &self.slots;
         self.files.roots.retain(|_, root| slots.contains_key(*root));
+    }
+
+    /// Takes the nodes of files away that no File shows any more, and then of those that only these have shown.
+    pub(crate) fn remove_unshown_files(&mut self) {
+        loop {
+            let slots = &self.slots;
+            let unshown = |root: &NodeKey| slots.get(*root).filter(|slot| slot.parents.is_empty());
+            let files: HashSet<usize> = self.files.roots.values().filter_map(unshown).map(|slot| slot.file).collect();
+            if files.is_empty() {
+                return;
+            }
+            let of_them = |(key, slot): (NodeKey, &Slot)| files.contains(&slot.file).then_some(key);
+            for key in self.slots.iter().filter_map(of_them).collect::<Vec<_>>() {
+                // Nothing refuses it: the root of the scene is of the scene's own file.
+                let _ = self.remove(key);
+            }
+            let slots = &self.slots;
+            self.files.roots.retain(|_, root| slots.contains_key(*root));
+        }
     }
 
     /// The root of a file that was loaded and is still there. The path is one without links.
