@@ -77,14 +77,14 @@ pub mod prelude {
         Array, ArrayOrigin, Axis, AxisAngle, Background, BaseColor, Binding, BumpMap, Callback, ClipPlane, Color,
         ColorMode, ColorRamp, Complexity, Cone, ConePart, ContourLines, Coordinate3, Cube, Cylinder, CylinderPart,
         DetailMode, DetailTextures, DirectionalLight, DrawStyle, Environment, EventCallback, FaceSet, FaceType, File,
-        FogType, FragmentShader, FrustumCamera, Group, IndexedFaceSet, IndexedLineSet, IndexedTriangleStripSet, Info,
-        Label, Length, LevelOfDetail, LightModel, LightingModel, LineSet, List, Lod, Material, MaterialBinding, Matrix,
-        MatrixTransform, MultipleCopy, Node, Normal, NormalBinding, NormalMap, OrthographicCamera, PerspectiveCamera,
-        PickStyle, PickStyleKind, Plane, PointLight, PointSet, PolygonOffset, QuadMesh, Ramp, RampBy, Reset,
-        ResetTransform, Rotation, RotationXyz, Scale, SeamlessTerrain, Separator, ShaderParameter, ShaderProgram,
-        ShaderSource, ShaderValue, ShapeHints, ShapeType, Sphere, SpotLight, Style, Switch, Texture2,
-        Texture2Transform, TextureCoordinate2, TextureUnit, Transform, TransformSeparator, Translation,
-        TriangleStripSet, Units, VertexOrdering, VertexProperty, VertexShader, ViewportMapping, VoidMode,
+        FogType, Font, FragmentShader, FrustumCamera, Group, IndexedFaceSet, IndexedLineSet, IndexedTriangleStripSet,
+        Info, Justification, Label, Length, LevelOfDetail, LightModel, LightingModel, LineSet, List, Lod, Material,
+        MaterialBinding, Matrix, MatrixTransform, MultipleCopy, Node, Normal, NormalBinding, NormalMap,
+        OrthographicCamera, PerspectiveCamera, PickStyle, PickStyleKind, Plane, PointLight, PointSet, PolygonOffset,
+        QuadMesh, Ramp, RampBy, Reset, ResetTransform, Rotation, RotationXyz, Scale, SeamlessTerrain, Separator,
+        ShaderParameter, ShaderProgram, ShaderSource, ShaderValue, ShapeHints, ShapeType, Sphere, SpotLight, Style,
+        Switch, Text2, Texture2, Texture2Transform, TextureCoordinate2, TextureUnit, Transform, TransformSeparator,
+        Translation, TriangleStripSet, Units, VertexOrdering, VertexProperty, VertexShader, ViewportMapping, VoidMode,
     };
     pub use crate::scene::{EditError, Image, NodeKey, Path, Pixels, Scene};
 }

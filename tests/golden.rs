@@ -112,7 +112,8 @@ fn what_a_search_finds_has_coins_matrices_and_boxes() {
                 assert_close(got, row(k), &format!("{name}, axis {k}"));
             }
             assert_close(got.translation, row(3), &format!("{name}, origin"));
-            let bounds = BoundingBoxAction { path: Some(path) }.apply(&scene).expect("a box");
+            let bounds =
+                BoundingBoxAction { path: Some(path), ..BoundingBoxAction::default() }.apply(&scene).expect("a box");
             assert_box(bounds, &expected["path_bbox"][0], &expected["path_bbox"][1], &name);
         }
     }

@@ -173,6 +173,8 @@ fn probes() -> Vec<Probe> {
         seen("QuadMesh", &[POINTS], "QuadMesh(vertices_per_row: 2, vertices_per_column: 2)", &[]),
         seen("LineSet", &[POINTS], "LineSet()", &[]),
         seen("IndexedLineSet", &[POINTS], "IndexedLineSet(coord_index: [0, 2, 1, 3])", &[]),
+        seen("Font", &[], "Font(size: 30)", &["Text2(string: \"text\")"]),
+        seen("Text2", &["Font(size: 30)"], "Text2(string: \"text\")", &[]),
         seen("PointSet", &["Coordinate3(point: [(0, 0, 0), (1, 1, 0)])"], "PointSet()", &[]),
         seen("SeamlessTerrain", &["Texture2(filename: \"map.png\")"], "SeamlessTerrain(scale: 3, max_height: 1)", &[]),
     ]

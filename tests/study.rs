@@ -28,6 +28,8 @@ fn scene(style: Style, line_width: f32) -> Scene {
             SeamlessTerrain { max_height: 0.3, resolutions: (2, 2), detail: DetailMode::Full, ..Default::default() },
         )
         .unwrap();
+    // The heights are no texture of the cube's.
+    scene.add(root, Texture2::default()).unwrap();
     scene.add(root, Transform { translation: DVec3::new(-0.5, 0.4, 0.0), ..Default::default() }).unwrap();
     scene.add(root, Cube { width: 0.5, height: 0.5, depth: 0.5 }).unwrap();
     scene

@@ -12,12 +12,12 @@ const KINDS: [(&str, &str); 3] = [
          OrthographicCamera FrustumCamera DirectionalLight PointLight SpotLight Environment LightModel Material BaseColor DrawStyle \
          ShapeHints Complexity PickStyle ClipPlane PolygonOffset Texture2 Texture2Transform TextureUnit \
          TextureCoordinate2 Coordinate3 Normal NormalBinding VertexProperty MaterialBinding Callback EventCallback Info Label ShaderProgram \
-         VertexShader FragmentShader ShaderParameter",
+         VertexShader FragmentShader ShaderParameter Font",
     ),
     (
         "shape",
         "IndexedFaceSet FaceSet TriangleStripSet IndexedTriangleStripSet QuadMesh LineSet IndexedLineSet PointSet Cube \
-         Sphere Cone Cylinder SeamlessTerrain",
+         Sphere Cone Cylinder Text2 SeamlessTerrain",
     ),
 ];
 

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::walk::{Go, Visitor, walk, walk_from};
-use super::{Aabb, ActionError, ActionKind, Branches, GroupContext, ShapeContext, State};
+use super::{Aabb, ActionError, ActionKind, Branches, GroupContext, ShapeContext, State, Viewpoint};
 use crate::node::{Reset, ResetTransform, ShapeNode};
 use crate::scene::{Path, Scene};
 
 /// Finds the smallest box along the world axes around the local boxes of all shapes.
 ///
-/// Needs no camera: a terrain's box is that of its full-resolution heights, which contains every coarser mesh, and of
+/// Needs no camera, unless text is to be boxed as a picture shows it: a terrain's box is that of its full-resolution heights, which contains every coarser mesh, and of
 /// levels of detail all are boxed. Decodes height maps, but no colours. Each shape's own box is transformed by the whole map
 /// to the world at once, so that turned groups in turned groups do not make it larger.
 ///
@@ -32,6 +32,24 @@ use crate::scene::{Path, Scene};
 pub struct BoundingBoxAction {
     /// Boxes only what is at the end of this path, in all copies that an Array makes of it; all of the scene if not given.
     pub path: Option<Path>,
+    /// The view in which text, whose size is in pixels, is boxed by what it covers; without one a text is the point that it
+    /// stands at.
+    ///
+    /// ```
+    /// use seamount::prelude::*;
+    ///
+    /// let mut scene = Scene::new();
+    /// let root = scene.root();
+    /// scene.add(root, OrthographicCamera { position: Some(DVec3::Z), height: 2.0, ..OrthographicCamera::default() })?;
+    /// scene.add(root, Text2 { string: "label".into(), ..Text2::default() })?;
+    /// let view = RenderAction::new(200, 100).viewpoint(&scene)?;
+    /// let place = BoundingBoxAction::default().apply(&scene)?.expect("a text");
+    /// assert_eq!(place.min, place.max);
+    /// let shown = BoundingBoxAction { view: Some(view), ..BoundingBoxAction::default() }.apply(&scene)?.expect("a text");
+    /// assert!(shown.size().x > 0.5 && shown.size().z == 0.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub view: Option<Viewpoint>,
 }
 
 /// A box along the axes of coordinates of its own.
@@ -58,7 +76,8 @@ impl BoundingBoxAction {
     ///
     /// When a shape can not be had.
     pub fn apply(&self, scene: &Scene) -> Result<Option<Aabb>, ActionError> {
-        let known = scene.index().filter(|_| self.path.is_none()).and_then(|index| index.bounds());
+        let all = self.path.is_none() && self.view.is_none();
+        let known = scene.index().filter(|_| all).and_then(|index| index.bounds());
         known.map_or_else(|| self.bounds_in(scene, &DAffine3::IDENTITY), Ok)
     }
 
@@ -96,7 +115,8 @@ impl BoundingBoxAction {
 
     /// The box in coordinates that this map takes those of the world to.
     fn bounds_in(&self, scene: &Scene, from_world: &DAffine3) -> Result<Option<Aabb>, ActionError> {
-        let mut bounds = Bounds { scene, path: self.path.as_ref(), from_world, found: None };
+        let (path, view) = (self.path.as_ref(), self.view.as_ref());
+        let mut bounds = Bounds { scene, path, view, from_world, found: None };
         walk(scene, Branches::Possible, &mut bounds)?;
         Ok(bounds.found)
     }
@@ -104,7 +124,7 @@ impl BoundingBoxAction {
 
 /// The box in world coordinates of all children of a group that is reached with this state.
 pub(crate) fn bounds_below(cx: &GroupContext<'_>, state: &Arc<State>) -> Result<Option<Aabb>, ActionError> {
-    let mut bounds = Bounds { scene: cx.scene, path: None, from_world: &DAffine3::IDENTITY, found: None };
+    let mut bounds = Bounds { scene: cx.scene, path: None, view: None, from_world: &DAffine3::IDENTITY, found: None };
     for (index, &child) in cx.scene.children(cx.key).iter().enumerate() {
         walk_from(cx.scene, cx.path, (child, index), Arc::clone(state), Branches::Possible, &mut bounds)?;
     }
@@ -114,6 +134,7 @@ pub(crate) fn bounds_below(cx: &GroupContext<'_>, state: &Arc<State>) -> Result<
 struct Bounds<'s> {
     scene: &'s Scene,
     path: Option<&'s Path>,
+    view: Option<&'s Viewpoint>,
     from_world: &'s DAffine3,
     found: Option<Aabb>,
 }
@@ -138,7 +159,7 @@ impl Visitor for Bounds<'_> {
         if self.path.is_some_and(|wanted| !path.starts_with(wanted)) {
             return Ok(Go::On);
         }
-        let cx = ShapeContext::new(self.scene, state, path);
+        let cx = ShapeContext { viewpoint: self.view, ..ShapeContext::new(self.scene, state, path) };
         if let Some(bounds) = shape.bounds(&cx).map_err(|e| cx.error(e))? {
             let bounds = bounds.transformed(&super::state::compose(self.from_world, &state.model));
             self.found = Some(self.found.map_or(bounds, |b| b.union(&bounds)));

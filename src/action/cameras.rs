@@ -42,6 +42,11 @@ impl<'s> Cameras<'s> {
         Self { scene, size, bounds: OnceLock::new(), found: Mutex::default() }
     }
 
+    /// Width and height of the pictures in pixels.
+    pub(crate) fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
     /// The box of the scene, found once.
     pub(super) fn bounds(&self) -> Result<Option<Aabb>, ActionError> {
         self.bounds.get_or_init(|| BoundingBoxAction::default().apply(self.scene)).clone()

@@ -57,7 +57,8 @@ fn by_lights(state: &State, kind: fn(&LightSource) -> bool) -> Vec<Option<u64>> 
 }
 
 fn by_texture(state: &State, unit: u32) -> Vec<Option<u64>> {
-    vec![state.texture(unit).map(|texture| texture.visit)]
+    // Without a texture there the shape brings its own image.
+    state.texture(unit).map(|texture| Some(texture.visit)).into_iter().collect()
 }
 
 /// What the shape itself asks for.

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::{CameraError, RayError, ShaderOrigin};
 use crate::node::FieldProblem;
-use crate::scene::{ImageError, NodeKey, NodePlace, Path, Scene, TextError};
+use crate::scene::{FontError, ImageError, NodeKey, NodePlace, Path, Scene, TextError};
 use crate::terrain::{HeightFieldError, ResolutionsError};
 
 /// Why a shape could not be had.
@@ -40,6 +40,9 @@ pub enum ShapeError {
         /// What it should carry.
         what: &'static str,
     },
+    /// A font can not be had.
+    #[error(transparent)]
+    Font(#[from] FontError),
     /// The text of a shader can not be had.
     #[error(transparent)]
     Text(#[from] TextError),

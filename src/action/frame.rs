@@ -578,6 +578,8 @@ impl Effects {
         let fragment = self.shaders.fragment.filter(|_| plain);
         let lit = self.lit() && fragment.is_none_or(|uses| uses.lit);
         let maps = plain && fragment.is_none_or(|uses| uses.color);
+        // What it lets through is no matter of colours.
+        let color_map = self.color_map && (maps || plain && self.color_map_opacity);
         let lights = |count: u8| if lit { count } else { 0 };
         Self {
             shaders: ShaderUses { fragment, ..self.shaders },
@@ -588,9 +590,9 @@ impl Effects {
             ambient: self.ambient && lit,
             specular: self.specular && lit,
             emissive: self.emissive && lit,
-            color_map: self.color_map && maps,
-            color_map_transform: self.color_map_transform && self.color_map && maps,
-            color_map_opacity: self.color_map_opacity && self.color_map && maps,
+            color_map,
+            color_map_transform: self.color_map_transform && color_map,
+            color_map_opacity: self.color_map_opacity && color_map,
             ramp: self.ramp.filter(|_| maps),
             contours: self.contours && plain,
             normal_map: self.normal_map && lit,

@@ -64,8 +64,8 @@ pub use ray_pick::{PickTarget, PickedPoint, Picker, RayPickAction, Surface};
 pub use render::{DrawContext, DrawOptions, RenderAction};
 pub use search::{Interest, SearchAction};
 pub use state::{
-    Aspect, Branches, Credits, Extensions, GroupContext, LightSource, PlacedLight, PlacedPlane, Program, Properties,
-    PropertyContext, ShapeContext, State, TextureBinding, TextureSource,
+    Aspect, Branches, Credits, Extensions, FontBinding, GroupContext, LightSource, PlacedLight, PlacedPlane, Program,
+    Properties, PropertyContext, ShapeContext, State, TextureBinding, TextureSource,
 };
 pub(crate) use state::{inverse, normal_matrix};
 pub use view::{View, ViewStatistics};

@@ -3,11 +3,11 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat4, DVec2, DVec3, Mat3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, Mat3, Vec2, Vec3};
 
 use super::frame::{
-    Coloring, DepthOffset, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh, Sky,
-    Statistics, Strokes, SurfaceMaterial, relative,
+    ColorMap, Coloring, DepthOffset, Draw, Effects, Fog, Frame, FrameLight, Geometry, GeometryKind, LineStyle, Mesh,
+    Sky, Statistics, Strokes, SurfaceMaterial, relative,
 };
 use super::program::{DrawProgram, Programs, ShaderUses};
 use super::state::{cofactors, compose};
@@ -17,8 +17,10 @@ use super::{
     ActionError, ActionKind, Branches, Cameras, DebugColor, Lens, LightSource, PlacedCamera, PlacedLight, ShapeContext,
     ShapeError, State, View, Viewpoint,
 };
-use crate::node::{Background, Binding, Color, FogType, LightingModel, List, ShapeNode, Style, Triangle};
-use crate::scene::{Path, Scene};
+use crate::node::{
+    Background, Binding, Color, FogType, LightingModel, List, ShapeNode, Style, TextureFilter, Triangle, Wrap,
+};
+use crate::scene::{Image, Path, Scene};
 use crate::terrain::Frustum;
 
 /// Makes the [`Frame`] of a picture. Uses no GPU.
@@ -280,7 +282,9 @@ impl Visitor for Render<'_> {
             drawn.map_err(|e| shape_cx.error(e))?;
             let drawn = self.view.frame.draws.get_mut(first..).unwrap_or_default();
             if drawn.iter().any(|draw| draw.effects.transparency) {
-                let middle = shape.bounds(&shape_cx).map_err(|e| shape_cx.error(e))?;
+                // Of text the place, which is as deep as what is seen of it.
+                let placed = ShapeContext { viewpoint: None, ..shape_cx };
+                let middle = shape.bounds(&placed).map_err(|e| shape_cx.error(e))?;
                 let middle = middle.map_or(DVec3::ZERO, |aabb| (aabb.min + aabb.max) * 0.5);
                 let to_middle = state.model.transform_point3(middle) - self.viewpoint.eye;
                 drawn.iter_mut().for_each(|draw| draw.distance = to_middle.dot(self.viewpoint.forward));
@@ -368,6 +372,32 @@ impl DrawContext<'_> {
         local_from_rel: &DAffine3,
         options: DrawOptions,
     ) -> Result<(), ShapeError> {
+        self.draw_placed(geometry, local_from_rel, options, None)
+    }
+
+    /// Draws an image flat on the picture, unlit, at the depth of the shape's origin: its alpha is how much of each pixel the shape
+    /// covers. `clip_from_rel` takes the mesh to clip space.
+    pub(crate) fn draw_on_picture(
+        &mut self,
+        mesh: Arc<Mesh>,
+        image: Arc<Image>,
+        clip_from_rel: &DMat4,
+    ) -> Result<(), ShapeError> {
+        // What is not said in the picture is said of the origin.
+        let origin = DAffine3 { matrix3: DMat3::ZERO, translation: DVec3::ZERO };
+        let options = DrawOptions { lit: false, ..DrawOptions::plain(GeometryKind::Mesh) };
+        let filter = TextureFilter::of_quality(0.0);
+        let cover = Cover { map: ColorMap { image, filter, wrap: [Wrap::Clamp; 2] }, clip_from_rel: *clip_from_rel };
+        self.draw_placed(Geometry::Mesh(mesh), &origin, options, Some(cover))
+    }
+
+    fn draw_placed(
+        &mut self,
+        geometry: Geometry,
+        local_from_rel: &DAffine3,
+        options: DrawOptions,
+        cover: Option<Cover>,
+    ) -> Result<(), ShapeError> {
         let state = self.shape.state;
         let plain = options.debug_color == DebugColor::Plain;
         let style = &state.draw_style;
@@ -384,8 +414,11 @@ impl DrawContext<'_> {
         }
         let program = self.program(plain)?;
         let shaders = program.as_ref().map_or(ShaderUses::default(), |program| program.code.uses);
-        let coloring =
-            if plain { self.coloring(&geometry, local_from_rel, shaders.fragment)? } else { Coloring::default() };
+        let coloring = match &cover {
+            Some(cover) => Coloring { color_map: Some(cover.map.clone()), ..Coloring::default() },
+            None if plain => self.coloring(&geometry, local_from_rel, shaders.fragment)?,
+            None => Coloring::default(),
+        };
         // A terrain has no holes but its own.
         let texture = coloring.color_map.as_ref().filter(|_| matches!(geometry, Geometry::Mesh(_)));
         let pierced = texture.is_some_and(|map| !map.image.is_opaque());
@@ -410,7 +443,7 @@ impl DrawContext<'_> {
             opacity: first.w,
         };
         let ambient = state.environment.ambient();
-        let faces = !matches!(geometry, Geometry::Strokes(_));
+        let faces = !matches!(geometry, Geometry::Strokes(_)) && cover.is_none();
         let offset = state.polygon_offset.as_ref().filter(|offset| faces && offset.moves(style.style));
         let eye = self.view.eye;
         let effects = Effects {
@@ -425,7 +458,7 @@ impl DrawContext<'_> {
             color_map: coloring.color_map.is_some(),
             color_map_opacity: pierced,
             debug_color: options.debug_color,
-            style: style.style,
+            style: if cover.is_some() { Style::Filled } else { style.style },
             color_map_transform: coloring.color_uv.is_some(),
             ramp: state.color_ramp.as_ref().filter(|_| coloring.ramp.is_some()).map(|ramp| ramp.by),
             normal_map: coloring.relief.is_some(),
@@ -461,7 +494,10 @@ impl DrawContext<'_> {
             Geometry::Strokes(strokes) => strokes.dots,
             Geometry::Mesh(_) | Geometry::Terrain(_) => style.style == Style::Points,
         };
-        let clip_from_rel = self.view.clip_from_eye() * DMat4::from(eye_from_rel);
+        let clip_from_rel = match &cover {
+            Some(cover) => cover.clip_from_rel,
+            None => self.view.clip_from_eye() * DMat4::from(eye_from_rel),
+        };
         let towards_eye = match self.view.lens {
             Lens::Perspective { .. } => None,
             Lens::Orthographic { .. } => Some((-self.view.forward).as_vec3()),
@@ -584,6 +620,12 @@ impl DrawContext<'_> {
         let options = DrawOptions { two_sided: open, ..DrawOptions::plain(GeometryKind::Mesh) };
         self.draw(Geometry::Mesh(Arc::new(mesh)), &DAffine3::from_translation(anchor), options)
     }
+}
+
+/// What covers pixels of the picture, instead of a surface in space.
+struct Cover {
+    map: ColorMap,
+    clip_from_rel: DMat4,
 }
 
 /// What decides the effects of a draw beside the State.

@@ -93,6 +93,8 @@ pub struct Properties {
     pub normal_map: Option<Arc<NormalMap>>,
     /// Small heights that roughen the light.
     pub bump_map: Option<Arc<BumpMap>>,
+    /// The font of text; the default one if none.
+    pub font: Option<Arc<FontBinding>>,
     /// How faces are drawn.
     pub draw_style: DrawStyle,
     /// Colours by height or slope.
@@ -150,6 +152,7 @@ impl Default for Properties {
             light_model: LightModel::default(),
             normal_map: None,
             bump_map: None,
+            font: None,
             draw_style: DrawStyle::default(),
             color_ramp: None,
             contour_lines: None,
@@ -248,6 +251,13 @@ impl State {
 
     /// The unit of the texture that meshes show: that of the program's colours if there is a texture on it, or else unit 0, the
     /// one of scenes that name none.
+    ///
+    /// ```
+    /// use seamount::action::State;
+    ///
+    /// let mut state = State::default();
+    /// assert_eq!((state.color_unit(), state.texture(0).is_some()), (0, false));
+    /// ```
     #[must_use]
     pub fn color_unit(&self) -> u32 {
         let unit = self.program.color_unit;
@@ -464,6 +474,17 @@ pub struct TextureBinding {
     pub visit: u64,
 }
 
+/// A font for text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FontBinding {
+    /// Its file; `None` for the one that is always there.
+    pub file: Option<PathBuf>,
+    /// The em in pixels.
+    pub size: f64,
+    /// The node that chose it.
+    pub node: NodeKey,
+}
+
 /// What a property knows of its place.
 #[derive(Debug, Clone, Copy)]
 pub struct PropertyContext<'a> {
@@ -598,6 +619,8 @@ impl<'a> ShapeContext<'a> {
             _ => None,
         };
         let culprit = culprit.map(|texture| texture.node).or_else(|| self.state.program.culprit(&error, self.scene));
+        let font = self.state.font.as_ref().filter(|_| matches!(error, ShapeError::Font(_))).map(|font| font.node);
+        let culprit = culprit.or(font);
         ActionError::shape(error, self.scene, self.path, culprit)
     }
 }

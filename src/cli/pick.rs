@@ -3,7 +3,7 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 use seamount::action::{Picker, Surface};
-use seamount::node::{FaceDetail, HitDetail, LineDetail, PointDetail};
+use seamount::node::{FaceDetail, HitDetail, LineDetail, PointDetail, TextDetail};
 use seamount::prelude::*;
 use serde::Serialize;
 
@@ -274,6 +274,7 @@ enum Detail {
     Face { face: usize, part: usize, points: [usize; 3], barycentric: [f64; 3] },
     Line { line: usize, piece: usize, points: [usize; 2], along: f64 },
     Point { index: usize, point: usize },
+    Text { string: usize, character: usize },
 }
 
 /// What only a terrain can say.
@@ -323,6 +324,7 @@ impl Hit {
                 Some(Detail::Line { line, piece, points, along })
             }
             HitDetail::Point(PointDetail { index, point }) => Some(Detail::Point { index, point }),
+            HitDetail::Text(TextDetail { string, character }) => Some(Detail::Text { string, character }),
             _ => None,
         };
         Self {

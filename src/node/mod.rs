@@ -29,6 +29,7 @@ mod face_mesh;
 mod face_sets;
 mod field;
 mod file;
+mod font;
 mod geometry;
 mod group;
 mod info;
@@ -47,6 +48,8 @@ mod seamless_terrain;
 mod separator;
 mod shader;
 mod switch;
+mod text2;
+mod text_layout;
 mod texture;
 mod texture_transform;
 mod transform;
@@ -76,6 +79,7 @@ pub(crate) use face_mesh::MeshInputs;
 pub use face_sets::{FaceSet, IndexedFaceSet, IndexedTriangleStripSet, QuadMesh, TriangleStripSet};
 pub use field::{AxisAngle, Color, FieldError, FieldValue, List, Matrix, Plane};
 pub use file::File;
+pub use font::Font;
 pub use geometry::{
     Binding, Coordinate3, FaceType, Normal, NormalBinding, ShapeHints, ShapeType, TextureCoordinate2, VertexOrdering,
     VertexProperty,
@@ -103,6 +107,7 @@ pub(crate) use shader::Numbers;
 pub use shader::{FragmentShader, ShaderParameter, ShaderProgram, ShaderSource, ShaderValue, VertexShader};
 pub(crate) use shader::{Stage, active_stage, unknown_parameters};
 pub use switch::Switch;
+pub use text2::{Justification, Text2, TextDetail};
 pub use texture::{ImageRef, Texture2, TextureUnit, Wrap};
 pub use texture_transform::Texture2Transform;
 pub use transform::{
@@ -394,6 +399,8 @@ pub enum HitDetail {
     Line(LineDetail),
     /// A point of a set of points.
     Point(PointDetail),
+    /// A character of a text.
+    Text(TextDetail),
     /// A place on a terrain.
     Terrain(TerrainDetail),
 }

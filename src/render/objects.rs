@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// let mut scene = Scene::new();
 /// let root = scene.root();
 /// scene.add(root, Cube::default())?;
-/// let down = Ray::new(DVec3::Z * 9.0, DVec3::NEG_Z).ok_or("no direction")?;
+/// let down = Ray::new(DVec3::Z * 9.0, DVec3::NEG_Z)?;
 /// assert_eq!(RayPickAction::ray(down).apply(&scene)?.len(), 1);
 /// assert_eq!(ObjectsMade::so_far(), ObjectsMade::default());
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -5,6 +5,7 @@
 //! the version of what it changed, so that whatever was derived can tell whether it is current.
 
 mod files;
+mod font;
 mod image;
 mod path;
 mod resources;
@@ -22,6 +23,8 @@ use slotmap::SlotMap;
 use thiserror::Error;
 
 pub(crate) use files::Shown;
+pub use font::FontError;
+pub(crate) use font::{DEFAULT_FONT, Ink, MOST_PIXELS, Typeface};
 pub use image::{Image, ImageError, Pixels};
 pub use path::{NodePlace, Path};
 pub use resources::Resources;

@@ -1,4 +1,4 @@
-//! Images decoded and texts read once, and what is derived from them, shared by all nodes that show the same.
+//! Images decoded, texts and fonts read once, and what is derived from them, shared by all nodes that show the same.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{Image, ImageError, NodeKey, Pixels, TextError, text};
+use super::{FontError, Image, ImageError, NodeKey, Pixels, TextError, Typeface, text};
 use crate::action::{ProgramBasis, SceneProgram, ShapeError};
 use crate::node::MeshInputs;
 use crate::terrain::{HeightField, HeightFieldError, SampleRect, Terrain};
@@ -17,6 +17,7 @@ use crate::terrain::{HeightField, HeightFieldError, SampleRect, Terrain};
 pub struct Resources {
     images: Mutex<HashMap<std::path::PathBuf, Result<Arc<Image>, ImageError>>>,
     texts: Mutex<HashMap<std::path::PathBuf, Result<Arc<str>, TextError>>>,
+    typefaces: Mutex<HashMap<std::path::PathBuf, Result<Arc<Typeface>, FontError>>>,
     terrains: Mutex<HashMap<TerrainKey, TerrainResult>>,
     meshes: Mutex<HashMap<NodeKey, Vec<(MeshInputs, Made)>>>,
     programs: Mutex<Programs>,
@@ -74,6 +75,18 @@ impl Resources {
         }
         let read = text::read(path);
         texts.insert(path.to_owned(), read.clone());
+        read
+    }
+
+    /// The font in a file, or the one that is always there.
+    pub(crate) fn typeface(&self, file: Option<&Path>) -> Result<Arc<Typeface>, FontError> {
+        let Some(path) = file else { return Typeface::read(None) };
+        let mut typefaces = self.typefaces.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = typefaces.get(path) {
+            return found.clone();
+        }
+        let read = Typeface::read(file);
+        typefaces.insert(path.to_owned(), read.clone());
         read
     }
 
@@ -175,10 +188,11 @@ impl Resources {
         images.values().filter(|image| image.is_ok()).count()
     }
 
-    /// Forgets all images and texts, so that files are read again when next asked for.
+    /// Forgets all images, texts and fonts, so that files are read again when next asked for.
     pub fn forget(&self) {
         self.images.lock().unwrap_or_else(PoisonError::into_inner).clear();
         self.texts.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.typefaces.lock().unwrap_or_else(PoisonError::into_inner).clear();
         self.terrains.lock().unwrap_or_else(PoisonError::into_inner).clear();
         self.version.fetch_add(1, Ordering::Release);
     }
