@@ -498,7 +498,7 @@ fn a_tower_of_shared_groups_is_read_and_checked() {
 fn no_camera() {
     let scene = format::parse("Scene(version: 1, root: Cube)", &Registry::default()).unwrap();
     let error = RenderAction::new(8, 8).apply(&scene).unwrap_err();
-    assert!(error.to_string().starts_with("the scene has no camera: put a PerspectiveCamera"), "{error}");
+    assert!(error.to_string().starts_with("the scene has no camera: put a camera (PerspectiveCamera"), "{error}");
 }
 
 /// A generator of pseudo-random numbers (splitmix64), so that a failure can be repeated.

@@ -66,7 +66,15 @@ fn a_window_is_widened_about_its_middle() {
 fn a_camera_that_looks_aside_finds_its_place() {
     let mut rng = Rng(2);
     for k in 0..500 {
-        let aside = rng.aside();
+        // An orthographic camera looks at the middle of its picture.
+        let aside = if k % 3 == 0 { DVec2::ZERO } else { rng.aside() };
+        let viewport_mapping = [
+            ViewportMapping::AdjustCamera,
+            ViewportMapping::LeaveAlone,
+            ViewportMapping::CropViewportNoFrame,
+            ViewportMapping::CropViewportFillFrame,
+        ][rng.below(4) as usize];
+        let aspect_ratio = rng.range(0.2, 5.0);
         let orientation = AxisAngle {
             axis: DVec3::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0)),
             angle: rng.range(-3.0, 3.0),
@@ -76,11 +84,12 @@ fn a_camera_that_looks_aside_finds_its_place() {
         let half = DVec2::new(rng.range(0.1, 1.0), rng.range(0.1, 1.0));
         let [low, high] = [half * (aside - 1.0), half * (aside + 1.0)];
         if k % 3 == 0 {
-            made.add(root, OrthographicCamera { orientation, ..OrthographicCamera::default() }).unwrap();
+            let camera = OrthographicCamera { orientation, viewport_mapping, aspect_ratio, ..Default::default() };
+            made.add(root, camera).unwrap();
         } else {
             let (left, bottom, right, top) = (low.x, low.y, high.x, high.y);
-            made.add(root, FrustumCamera { orientation, left, right, bottom, top, ..FrustumCamera::default() })
-                .unwrap();
+            let window = FrustumCamera { left, bottom, right, top, ..FrustumCamera::default() };
+            made.add(root, FrustumCamera { orientation, viewport_mapping, ..window }).unwrap();
         }
         let scale = DVec3::new(rng.range(0.1, 9.0), rng.range(0.1, 9.0), rng.range(0.1, 9.0));
         let moved = Translation { translation: DVec3::new(rng.range(-50.0, 50.0), 7.0, 0.0) };
@@ -89,9 +98,15 @@ fn a_camera_that_looks_aside_finds_its_place() {
         made.add(root, Cube::default()).unwrap();
         let bounds = BoundingBoxAction::default().apply(&made).unwrap().unwrap();
         let view = RenderAction::new(300, 200).viewpoint(&made).unwrap();
+        // How much of the picture is the camera's own.
+        let aspect = if k % 3 == 0 { aspect_ratio } else { half.x / half.y };
+        let own = match viewport_mapping {
+            ViewportMapping::AdjustCamera | ViewportMapping::LeaveAlone => DVec2::ONE,
+            _ => DVec2::new((aspect / 1.5).min(1.0), (1.5 / aspect).min(1.0)),
+        };
         let corners = bounds.corners().map(|c| in_picture(&view, c));
-        let outermost = corners.iter().map(|p| (*p * 2.0 - 1.0).abs().max_element()).fold(0.0, f64::max);
-        assert!((outermost - 1.0).abs() < 1e-9, "{k}: {outermost}");
+        let outermost = corners.iter().map(|p| ((*p * 2.0 - 1.0) / own).abs().max_element()).fold(0.0, f64::max);
+        assert!((outermost - 1.0).abs() < 1e-9, "{k} {viewport_mapping:?}: {outermost}");
         assert!(bounds.corners().iter().all(|c| (*c - view.eye).dot(view.forward) > view.near), "{k}");
     }
 }

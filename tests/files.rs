@@ -420,6 +420,26 @@ fn files_made_in_code_are_loaded_when_asked_for() {
     load_files(&mut scene, &registry).unwrap();
     assert_eq!((bounds(&scene).max.x, scene.len()), (1.0, 3 + 1));
 
+    // A File that is taken away shows nothing, and another that names the same file reads it again.
+    let again = scene.add(root, File { name: "a.ron".into() }).unwrap();
+    load_files(&mut scene, &registry).unwrap();
+    assert_eq!(bounds(&scene).max.x, 3.5);
+    scene.remove(again).unwrap();
+    std::fs::write(folder.path().join("a.ron"), "Scene(version: 1, root: Cube(width: 9))").unwrap();
+    scene.add(root, File { name: "a.ron".into() }).unwrap();
+    load_files(&mut scene, &registry).unwrap();
+    assert_eq!((bounds(&scene).max.x, scene.len()), (4.5, 3 + 1 + 2));
+
+    // In another folder the same name means another file.
+    let elsewhere = self::folder(&[("a.ron", "Cube(width: 20)")]);
+    scene.set_source(folder.path().join("another.ron"));
+    assert_eq!(bounds(&scene).max.x, 4.5);
+    scene.set_source(elsewhere.path().join("all.ron"));
+    refused(&scene);
+    load_files(&mut scene, &registry).unwrap();
+    assert_eq!((bounds(&scene).max.x, scene.len()), (10.0, 3 + 1 + 2));
+    std::fs::write(folder.path().join("a.ron"), "Scene(version: 1, root: Cube(width: 7))").unwrap();
+
     // A text becomes the scene of a file when it is told which.
     let mut scene = parse("Scene(version: 1, root: File(name: \"a.ron\"))", &registry).unwrap();
     refused(&scene);
@@ -453,11 +473,13 @@ fn what_a_file_shows_stands_nowhere_else() {
     scene.set_name(own, "x").unwrap();
     assert_eq!(bounds(&scene).max.x, 5.0);
     assert_eq!(scene.file(more), scene.file(inner));
-    // What was taken away is read again.
+    // What was taken away is read again, and nothing of it stays.
+    let nodes = scene.len() - 1;
     scene.remove(group).unwrap();
     assert!(BoundingBoxAction::default().apply(&scene).is_err());
     load_files(&mut scene, &Registry::default()).unwrap();
-    assert_eq!(bounds(&scene).max.x, 2.0);
+    // But for what was added to it.
+    assert_eq!((bounds(&scene).max.x, scene.len()), (2.0, nodes));
 }
 
 #[test]

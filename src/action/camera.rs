@@ -103,25 +103,18 @@ impl PlacedCamera {
         let f = &self.fields;
         let [width, height] = size.map(|n| f64::from(n.max(1)));
         let picture = width / height;
-        // What the node says is in the picture fits into it: seen is as much more on two sides as is needed for that, also
-        // if it will be cropped. A picture that the camera is not adjusted to is stretched instead.
-        let (aspect, wider, higher, pixels) = match f.viewport_mapping {
-            ViewportMapping::LeaveAlone => (f.aspect, 1.0, 1.0, height.max(width / f.aspect)),
-            _ => (picture, (picture / f.aspect).max(1.0), (f.aspect / picture).max(1.0), height),
-        };
-        let center = f.center / DVec2::new(wider, higher);
         let lens = match f.lens {
-            Lens::Perspective { tan_half_height } => Lens::Perspective { tan_half_height: tan_half_height * higher },
+            Lens::Perspective { .. } => f.lens,
             Lens::Orthographic { half_height } => {
                 let scale = (self.model.matrix3 * f.orientation.mul_vec3(DVec3::Y)).length();
-                Lens::Orthographic { half_height: half_height * scale * higher }
+                Lens::Orthographic { half_height: half_height * scale }
             }
         };
-        let (Lens::Perspective { tan_half_height: height } | Lens::Orthographic { half_height: height }) = lens;
-        if !(height > 0.0 && height.is_finite()) {
-            return Err(CameraError::Height(height));
-        }
-        if !(f.aspect > 0.0 && f.aspect.is_finite() && center.is_finite()) {
+        let pixels = match f.viewport_mapping {
+            ViewportMapping::LeaveAlone => height.max(width / f.aspect),
+            _ => height,
+        };
+        if !(f.aspect > 0.0 && f.aspect.is_finite() && f.center.is_finite() && pixels.is_finite()) {
             return Err(CameraError::Window);
         }
 
@@ -140,11 +133,23 @@ impl PlacedCamera {
         let up = right.cross(forward);
 
         let (near, far) = (1.0, f.far_distance);
+        let (center, aspect) = (f.center, f.aspect);
         let mut view = Viewpoint { eye: DVec3::ZERO, right, up, forward, lens, center, aspect, pixels, near, far };
+        // What the node says is in the picture fits into it. A picture that is stretched shows no more than that, another is
+        // widened; if the rest will be cropped, what is to be seen has to be in the node's own part.
+        let cropped = self.surround().is_some();
+        if !cropped && f.viewport_mapping != ViewportMapping::LeaveAlone {
+            view.widen(picture);
+        }
+        view.check_lens()?;
         match f.position {
             Some(position) => view.eye = self.model.transform_point3(position),
             None => view_all(&mut view, scene, f.look_at.map(|p| self.model.transform_point3(p))),
         }
+        if cropped {
+            view.widen(picture);
+        }
+        view.check_lens()?;
         if !view.eye.is_finite() {
             return Err(CameraError::NotFinite);
         }
@@ -160,21 +165,43 @@ impl PlacedCamera {
 }
 
 impl PlacedCamera {
+    /// What is around the camera's picture, if it is cropped.
+    fn surround(&self) -> Option<Surround> {
+        match self.fields.viewport_mapping {
+            ViewportMapping::AdjustCamera | ViewportMapping::LeaveAlone => None,
+            ViewportMapping::CropViewportFillFrame => Some(Surround::Filled),
+            ViewportMapping::CropViewportLineFrame => Some(Surround::Line),
+            ViewportMapping::CropViewportNoFrame => Some(Surround::Background),
+        }
+    }
+
     /// What of a picture of this size in pixels the camera's own is cropped to; `None` if it is all of the picture.
     #[must_use]
     pub fn crop(&self, size: [u32; 2]) -> Option<Crop> {
-        let surround = match self.fields.viewport_mapping {
-            ViewportMapping::AdjustCamera | ViewportMapping::LeaveAlone => return None,
-            ViewportMapping::CropViewportFillFrame => Surround::Filled,
-            ViewportMapping::CropViewportLineFrame => Surround::Line,
-            ViewportMapping::CropViewportNoFrame => Surround::Background,
-        };
+        let surround = self.surround()?;
         let [width, height] = size.map(f64::from);
         // The largest that fits, in whole pixels and at least one, in the middle.
         let within = |length: f64, most: f64| (length.round() as u32).clamp(1, (most as u32).max(1));
         let (w, h) = (within(height * self.fields.aspect, width), within(width / self.fields.aspect, height));
         let area = PixelArea { left: (size[0].max(1) - w) / 2, top: (size[1].max(1) - h) / 2, width: w, height: h };
         (area.width < size[0] || area.height < size[1]).then_some(Crop { area, surround })
+    }
+}
+
+impl Viewpoint {
+    /// Shows more on two sides, as much as a picture of these proportions needs to show all that was in it before.
+    fn widen(&mut self, aspect: f64) {
+        let (wider, higher) = ((aspect / self.aspect).max(1.0), (self.aspect / aspect).max(1.0));
+        self.center /= DVec2::new(wider, higher);
+        self.aspect = aspect;
+        match &mut self.lens {
+            Lens::Perspective { tan_half_height: half } | Lens::Orthographic { half_height: half } => *half *= higher,
+        }
+    }
+
+    fn check_lens(&self) -> Result<(), CameraError> {
+        let (Lens::Perspective { tan_half_height: half } | Lens::Orthographic { half_height: half }) = self.lens;
+        if half > 0.0 && half.is_finite() { Ok(()) } else { Err(CameraError::Height(half)) }
     }
 }
 

@@ -62,8 +62,9 @@ struct Block {
     /// The first of its own shapes, those of inner blocks left out; each place says the next. Nearly every block has few, and a list
     /// would be an allocation of its own.
     first: Option<usize>,
-    /// The next block of the same node.
-    same: Option<usize>,
+    /// The block of the same node before this one and the one after it: copies can be many, and each can go by itself.
+    before: Option<usize>,
+    after: Option<usize>,
     /// What is here that needs care.
     special: Special,
 }
@@ -249,18 +250,20 @@ impl Index {
     /// The blocks of a node.
     fn blocks_of(&self, key: NodeKey) -> impl Iterator<Item = usize> + '_ {
         let first = self.of_node.get(key).copied();
-        std::iter::successors(first, |&id| self.blocks.get(id)?.as_ref()?.same)
+        std::iter::successors(first, |&id| self.blocks.get(id)?.as_ref()?.after)
     }
 
     /// Takes a block from those of its node.
     fn unlink(&mut self, id: usize) {
         let Some(Some(block)) = self.blocks.get(id) else { return };
-        let (Some(key), same) = (block.path.tail(), block.same) else { return };
-        let before = self.blocks_of(key).take_while(|&other| other != id).last();
-        if let Some(Some(before)) = before.and_then(|before| self.blocks.get_mut(before)) {
-            before.same = same;
-        } else if let Some(same) = same {
-            self.of_node.insert(key, same);
+        let (Some(key), before, after) = (block.path.tail(), block.before, block.after) else { return };
+        if let Some(Some(next)) = after.and_then(|after| self.blocks.get_mut(after)) {
+            next.before = before;
+        }
+        if let Some(Some(last)) = before.and_then(|before| self.blocks.get_mut(before)) {
+            last.after = after;
+        } else if let Some(after) = after {
+            self.of_node.insert(key, after);
         } else {
             self.of_node.remove(key);
         }
@@ -367,11 +370,16 @@ impl Visitor for Collect<'_> {
                     entry: Arc::clone(state),
                     inner: Vec::new(),
                     first: None,
-                    same: self.index.of_node.get(key).copied(),
+                    before: None,
+                    after: self.index.of_node.get(key).copied(),
                     special: Special::default(),
                 };
                 let id = put(&mut self.index.blocks, &mut self.index.free_blocks, block);
-                self.index.of_node.insert(key, id);
+                if let Some(after) = self.index.of_node.insert(key, id)
+                    && let Some(Some(after)) = self.index.blocks.get_mut(after)
+                {
+                    after.before = Some(id);
+                }
                 if let Some(Some(outer)) = self.open.last().and_then(|&outer| self.index.blocks.get_mut(outer)) {
                     outer.inner.push(id);
                 }

@@ -137,7 +137,8 @@ pub struct RayPickAction {
     pub size: [u32; 2],
     /// Name of the camera; the first one if not given.
     pub camera: Option<String>,
-    /// How far from the picked place of the picture lines and points are met, in pixels, from 0 up. A ray in world
+    /// How far from the picked place of the picture lines and points are met, in pixels (of a stretched picture, in those of
+    /// the direction that has more), from 0 up. A ray in world
     /// coordinates knows no pixels, and meets none.
     pub radius: f64,
 }

@@ -48,6 +48,8 @@ pub(super) fn load(
     registry: &Registry,
     fields: &mut Vec<FieldPosition>,
 ) -> Result<(), Vec<Mistake>> {
+    // What was taken away since the last time is not to be found again.
+    scene.remove_unshown_files();
     let mut pending = scene.stale_files();
     if pending.is_empty() {
         return Ok(());

@@ -17,7 +17,7 @@ pub enum ViewportMapping {
     LeaveAlone,
     /// The picture keeps its proportions in the middle of the place; what is left is grey.
     CropViewportFillFrame,
-    /// As before, but what is left has the colour of the background, and a line goes around the picture.
+    /// As before, but what is left has the colour of the background, and a line parts it from the picture.
     CropViewportLineFrame,
     /// As before, without the line.
     CropViewportNoFrame,
@@ -99,7 +99,8 @@ crate::define_node! {
         /// A point to look at, instead of `orientation`; up is z, or y when looking along z. Without `position` the point
         /// is the middle of the picture.
         pub look_at: Option<DVec3> = None,
-        /// Vertical field of view in radians, above 0 and below π. In a picture higher than wide the horizontal one.
+        /// Vertical field of view in radians, above 0 and below π. Where `AdjustCamera` finds a picture higher than wide, the
+        /// horizontal one.
         pub height_angle: f64 = std::f64::consts::FRAC_PI_4,
         /// Nearest distance seen. None: fitted to the scene.
         pub near_distance: Option<f64> = None,
@@ -163,7 +164,7 @@ crate::define_node! {
         pub orientation: AxisAngle = AxisAngle::IDENTITY,
         /// A point to look at, instead of `orientation`; up is z, or y when looking along z.
         pub look_at: Option<DVec3> = None,
-        /// Height of the picture in local units, above 0. In a picture higher than wide the width.
+        /// Height of the picture in local units, above 0. Where `AdjustCamera` finds a picture higher than wide, the width.
         pub height: f64 = 2.0,
         /// Nearest distance seen. None: fitted to the scene.
         pub near_distance: Option<f64> = None,

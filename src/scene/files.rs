@@ -43,8 +43,12 @@ impl Files {
         self.all[file].path.as_deref()
     }
 
-    /// Says where the scene's own file is.
-    pub(super) fn set_path(&mut self, path: PathBuf) {
+    /// Says where the scene's own file is. If that is another folder, the names of files in it mean others, of which none is
+    /// shown yet; `own` are the nodes of the scene's own file.
+    pub(super) fn set_path(&mut self, path: PathBuf, own: impl Iterator<Item = NodeKey>) {
+        if self.path(0).is_some_and(|before| before.parent() != path.parent()) {
+            own.for_each(|key| drop(self.shown.remove(key)));
+        }
         self.all[0].path = Some(path);
     }
 
@@ -113,13 +117,15 @@ impl Scene {
     pub(crate) fn remove_unshown_files(&mut self) {
         loop {
             let slots = &self.slots;
-            let unshown = |root: &NodeKey| slots.get(*root).filter(|slot| slot.parents.is_empty());
-            let files: HashSet<usize> = self.files.roots.values().filter_map(unshown).map(|slot| slot.file).collect();
-            if files.is_empty() {
+            let shown = |root: &NodeKey| slots.get(*root).filter(|slot| !slot.parents.is_empty());
+            let files: HashSet<usize> = self.files.roots.values().filter_map(shown).map(|slot| slot.file).collect();
+            let unshown =
+                |(key, slot): (NodeKey, &Slot)| (slot.file != 0 && !files.contains(&slot.file)).then_some(key);
+            let gone: Vec<NodeKey> = self.slots.iter().filter_map(unshown).collect();
+            if gone.is_empty() {
                 return;
             }
-            let of_them = |(key, slot): (NodeKey, &Slot)| files.contains(&slot.file).then_some(key);
-            for key in self.slots.iter().filter_map(of_them).collect::<Vec<_>>() {
+            for key in gone {
                 // Nothing refuses it: the root of the scene is of the scene's own file.
                 let _ = self.remove(key);
             }

@@ -269,9 +269,11 @@ impl Scene {
         self.files.path(0)
     }
 
-    /// Says which file the scene belongs to; file names in the scene are relative to its folder.
+    /// Says which file the scene belongs to; file names in the scene are relative to its folder. When that changes, scene files that
+    /// are shown have to be loaded anew ([`load_files`](crate::format::load_files)).
     pub fn set_source(&mut self, path: impl Into<PathBuf>) {
-        self.files.set_path(path.into());
+        let own = self.slots.iter().filter(|(_, slot)| slot.file == 0).map(|(key, _)| key);
+        self.files.set_path(path.into(), own);
         self.version += 1;
         self.edits_from = self.version;
     }
