@@ -562,7 +562,7 @@ fn large_text_keeps_its_image_as_it_moves() {
         let frame = action.apply_in(&scene, &mut view).expect("a frame");
         images.insert(frame.draws[0].coloring.color_map.as_ref().expect("an image").image.id());
         if step % 45 == 7 {
-            let kept: Vec<f32> = linear().draw(&frame).texels.iter().map(|texel| texel[0]).collect();
+            let kept: Vec<f32> = linear().draw(frame).texels.iter().map(|texel| texel[0]).collect();
             assert!(kept.contains(&1.0) && kept == shares(&scene), "{step}");
         }
     }
