@@ -232,9 +232,10 @@ fn band(map: &Map, ray: &LatticeRay, t: f64, f: f64, cell: [u32; 2]) -> f64 {
         (b - a).abs().max((g - e).abs()) * size.x + (e - a).abs().max((g - b).abs()) * size.y + a.abs().max(g.abs())
     };
     let width = |slopes: f64| 64.0 * EPSILON * (size.z + slopes);
-    let own = width(slopes(c, r));
-    if f.abs() > 1e6 * own {
-        return own;
+    // No cell of the map has a wider one: far from the surface that of the cell will do.
+    let [low, high] = map.pyramid.full_range();
+    if f.abs() > width((high - low) * (size.x + size.y) + low.abs().max(high.abs())) {
+        return width(slopes(c, r));
     }
     let around = (c.saturating_sub(1)..=c + 1).flat_map(|c| (r.saturating_sub(1)..=r + 1).map(move |r| (c, r)));
     width(around.map(|(c, r)| slopes(c, r)).fold(0.0, f64::max))
