@@ -120,3 +120,28 @@ fn warm_frames(voids: VoidMode) {
     assert!(large > 8 * small, "{small} and {large} patches");
     assert_eq!([few, many, few_morphed], [many_morphed; 3]);
 }
+
+/// A pick far from a text does not lay it out, which would take memory for its characters.
+#[test]
+fn a_pick_far_from_text_allocates_nothing_for_it() {
+    let taken = |string: &str, x: f64| {
+        let mut scene = Scene::new();
+        let root = scene.root();
+        let (position, look_at) = (Some(DVec3::Z * 9.0), Some(DVec3::ZERO));
+        scene.add(root, PerspectiveCamera { position, look_at, ..PerspectiveCamera::default() }).unwrap();
+        let justification = Justification::Right;
+        scene.add(root, Text2 { string: string.into(), justification, ..Text2::default() }).unwrap();
+        let picker = RayPickAction::pixel(0, 0, [1280, 720]).picker(&scene).unwrap();
+        let pick = || picker.pick_through(x, 0.497, true).unwrap().len();
+        pick();
+        let before = TAKEN.get();
+        let met = pick();
+        (met, TAKEN.get()[0] - before[0])
+    };
+    // It goes to the left of the middle, however long it is.
+    let long = "label".repeat(100);
+    let (short, far, near) = (taken("label", 0.9), taken(&long, 0.9), taken(&long, 0.49));
+    assert_eq!((short.0, far.0, near.0), (0, 0, 1));
+    assert_eq!(far.1, short.1);
+    assert!(near.1 > far.1 + 4, "{near:?}, {far:?}");
+}

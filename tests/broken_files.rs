@@ -18,6 +18,15 @@ const BROKEN: &[Broken] = &[
     ("Group(children: [\n  Def(\"a\", Cube), Def(\"a\", Cube),\n])", [2, 23], &["Group"], "Use(\"a\") shares the node"),
     ("Group(children: [\n  Cube(children: []),\n])", [2, 8], &["Group", "Cube[0]"], "put it into a Separator"),
     ("Group(children: [\n  Texture2(filename: \"no.png\"),\n])", [2, 22], &["Group", "Texture2[0]"], "check the name"),
+    (
+        "Group(children: [\n  Font(name: \"Helvetica\"),\n])",
+        [2, 14],
+        &["Group", "Font[0]"],
+        "\"defaultFont\", which is always there",
+    ),
+    #[cfg(unix)]
+    ("Group(children: [\n  Font(name: \"/dev/null\"),\n])", [2, 14], &["Group", "Font[0]"], "it is no regular file"),
+    ("Group(children: [\n  Text2(spacing: 1e308),\n])", [2, 18], &["Group", "Text2[0]"], "from -1000000 to 1000000"),
     ("Group(children: [\n  Cube Cube,\n])", [2, 8], &["Group"], "`,` or the closing bracket is expected here"),
     (
         "Group(children: [\n  Coordinate3(point: [(0, 0, 0)]),\n  IndexedFaceSet(coord_index: [0, 1, 2]),\n])",

@@ -33,7 +33,8 @@ pub struct BoundingBoxAction {
     /// Boxes only what is at the end of this path, in all copies that an Array makes of it; all of the scene if not given.
     pub path: Option<Path>,
     /// The view in which text, whose size is in pixels, is boxed by what it covers; without one a text is the point that it
-    /// stands at.
+    /// stands at. A view does not say how far its picture is stretched (`LeaveAlone` in a picture of other proportions): text is
+    /// boxed as in one that is not.
     ///
     /// ```
     /// use seamount::prelude::*;

@@ -449,6 +449,8 @@ impl Visitor for Pick<'_, '_> {
         let front_only = style == PickStyleKind::ShapeFrontfaces;
         if let Some(local) = range.map(local) {
             if style.boxed() {
+                // A ray of the world knows no picture: what has a size in pixels is boxed by its place.
+                let cx = ShapeContext { viewpoint: cx.viewpoint.filter(|_| self.cone.is_some()), ..cx };
                 if let Some(bounds) = shape.bounds(&cx).map_err(|e| cx.error(e))? {
                     meet_box(&cx, &bounds, &local, &mut self.local).map_err(|e| cx.error(e))?;
                 }

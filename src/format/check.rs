@@ -8,14 +8,14 @@ use super::error::{Mistake, Problem, ReadError};
 use super::read::read_file;
 use crate::action::walk::{Go, Visitor, walk};
 use crate::action::{ActionError, Branches, ShapeContext, ShapeError, State};
-use crate::node::{Registry, ShapeNode, Texture2};
+use crate::node::{Font, Registry, ShapeNode, Texture2};
 use crate::scene::{NodeKey, Path, Position, Scene};
 
 /// Most occurrences of nodes that are looked at: shared groups in shared groups can have more than could ever be walked.
 const MOST: usize = 1_000_000;
 
-/// Reads a scene and looks for all that its actions would stumble over: every image is decoded, and every shape is asked
-/// for its bounds. Returns the number of nodes.
+/// Reads a scene and looks for all that its actions would stumble over: every image is decoded, every font is read,
+/// and every shape is asked for its bounds. Returns the number of nodes.
 ///
 /// # Errors
 ///
@@ -72,6 +72,12 @@ impl Visitor for Check<'_> {
             && let Err(error) = scene.resources().image(&scene.resolve(key, &texture.filename))
         {
             self.mistake(key, Some("filename"), Problem::Image(error), path);
+        }
+        if let Some(key) = path.tail()
+            && let Some(file) = scene.get::<Font>(key).and_then(|font| font.file(scene, key))
+            && let Err(error) = scene.resources().typeface(Some(&file))
+        {
+            self.mistake(key, Some("name"), Problem::Shape(error.into()), path);
         }
         self.left -= 1;
         Ok(if self.left == 0 { Go::End } else { Go::On })

@@ -1,14 +1,13 @@
 //! Files within files: what File nodes show.
 
 use std::collections::{HashMap, HashSet};
-use std::io;
 use std::path::{Path, PathBuf};
 
 use super::error::{Mistake, Problem, ReadError};
 use super::reader::{FieldPosition, Reader};
 use super::text::Places;
 use crate::node::{File, Registry};
-use crate::scene::{NodeKey, Position, Scene, Shown, TextError};
+use crate::scene::{NodeKey, Position, Scene, Shown, TextError, regular};
 
 /// Reads the scene files that [`File`] nodes name and do not show yet: those made in code, or given another name.
 ///
@@ -181,11 +180,8 @@ impl Loader<'_> {
         if self.broken.contains(&canonical) {
             return Ok(Found::Broken);
         }
-        // What is no regular file may never end.
-        match std::fs::metadata(path).map_err(refused)?.is_file() {
-            true => Ok(Found::New(canonical, std::fs::read(path).map_err(refused)?)),
-            false => Err(refused(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file"))),
-        }
+        let bytes = regular(path).and_then(std::fs::read).map_err(refused)?;
+        Ok(Found::New(canonical, bytes))
     }
 
     fn put(&mut self, node: NodeKey, what: Shown) {

@@ -19,10 +19,10 @@ use super::syntax;
 use super::text::{Places, offset, within};
 use super::{MAX_NESTING, VERSION};
 use crate::node::{
-    FieldError, FieldInfo, FieldProblem, FieldValue, Node, NodeInfo, Registry, ShaderSource, Texture2, active_stage,
-    nearest, unknown_parameters,
+    FieldError, FieldInfo, FieldProblem, FieldValue, Font, Node, NodeInfo, Registry, ShaderSource, Texture2,
+    active_stage, nearest, unknown_parameters,
 };
-use crate::scene::{ImageError, NodeKey, Position, Scene, TextError};
+use crate::scene::{FontError, ImageError, NodeKey, Position, Scene, TextError};
 
 /// How deep brackets may be nested in a value. Fields take far less, and ron takes stack for each.
 const VALUE_NESTING: usize = 64;
@@ -759,6 +759,11 @@ fn missing_file(scene: &Scene, key: NodeKey) -> Option<(&'static str, Problem)> 
         let path = scene.resolve(key, name);
         let error = std::fs::metadata(&path).err()?;
         return Some(("source_program", Problem::Shape(TextError::of(&path, error).into())));
+    }
+    if let Some(font) = scene.get::<Font>(key) {
+        let path = font.file(scene, key)?;
+        let error = std::fs::metadata(&path).err()?;
+        return Some(("name", Problem::Shape(FontError::of(&path, error).into())));
     }
     let filename = &scene.get::<Texture2>(key)?.filename;
     if filename.is_empty() {

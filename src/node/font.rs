@@ -1,14 +1,15 @@
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::{FieldProblem, PropertyNode};
 use crate::action::{FontBinding, PropertyContext, State};
-use crate::scene::{DEFAULT_FONT, MOST_PIXELS};
+use crate::scene::{DEFAULT_FONT, MOST_PIXELS, NodeKey, Scene};
 
 crate::define_node! {
     /// The font of the text after it.
     ///
-    /// Read by picks, render and boxes through the text; a font that can not be had is an error of these. It is read from its file
-    /// when text needs it first.
+    /// Read by picks and render through the text, and by boxes that are told a view; a font that can not be had is an error of
+    /// these. That its file is missing is told when the scene is read; what is in it, when text needs it first.
     ///
     /// ```ron
     /// Font(size: 24.0),
@@ -44,9 +45,16 @@ pub(super) fn is_size(size: f64) -> bool {
     size > 0.0 && size <= MOST_PIXELS
 }
 
+impl Font {
+    /// The file that this node of a scene names; `None` for the font that is always there.
+    pub(crate) fn file(&self, scene: &Scene, key: NodeKey) -> Option<PathBuf> {
+        (self.name != DEFAULT_FONT).then(|| scene.resolve(key, &self.name))
+    }
+}
+
 impl PropertyNode for Font {
     fn apply(&self, state: &mut State, cx: &PropertyContext<'_>) {
-        let file = (self.name != DEFAULT_FONT).then(|| cx.scene.resolve(cx.key, &self.name));
+        let file = self.file(cx.scene, cx.key);
         state.font = Some(Arc::new(FontBinding { file, size: self.size, node: cx.key }));
     }
 }

@@ -57,11 +57,14 @@ crate::define_node! {
     /// `Invisible`.
     ///
     /// Picked through the picture, by the cells of its characters and not their ink alone: the detail is a
-    /// [`TextDetail`](crate::node::TextDetail), string and character. A ray of the world meets no text. Its box is the place, or, where
-    /// the camera and the size of the picture are known, what it covers there. It has no triangles to call back or to count.
+    /// [`TextDetail`](crate::node::TextDetail), string and character. A ray of the world meets no text, or its place if PickStyle has
+    /// boxes picked. Its box is the place, or, where the camera and the size of the picture are known, what it covers there. A view
+    /// alone does not tell how far its picture is stretched: text is boxed as in one that is not. It has no triangles to call back
+    /// or to count.
     ///
     /// Characters are put one after the other from left to right, without joining or reordering. One that the font does not have
-    /// is a box. What is larger than the picture is only painted where the picture shows it.
+    /// is a box. What is larger than the picture is only painted where the picture shows it, and a little beyond. A
+    /// character that reaches further than eight ems, or is of more than 2²⁴ pixels, is a box as well.
     ///
     /// ```ron
     /// Translation(translation: (45300.0, 55600.0, 3776.0)),
@@ -71,7 +74,7 @@ crate::define_node! {
     pub struct Text2: shape {
         /// The strings, from top to bottom.
         pub string: List<String> = List::from([String::new()]),
-        /// Distance of baselines, in multiples of the font's size.
+        /// Distance of baselines, in multiples of the font's size, from -10⁶ to 10⁶: upwards below 0.
         pub spacing: f64 = 1.0,
         /// Where the strings stand.
         pub justification: Justification = Justification::Left,
@@ -81,11 +84,23 @@ crate::define_node! {
         BoundingBox: "holds its place; what it covers, if told the view";
         RayPick, HandleEvent: "meet its characters in the picture; a ray of the world does not";
     }
-    check |text: &Text2| match text.spacing.is_finite() {
+    check |text: &Text2| match text.spacing.abs() <= MOST_SPACING {
         true => Vec::new(),
-        false => vec![FieldProblem::new("spacing", format!("{} does not work: a number", text.spacing))],
+        false => {
+            let message = format!("{} does not work: from -{MOST_SPACING} to {MOST_SPACING} sizes of the font", text.spacing);
+            vec![FieldProblem::new("spacing", message)]
+        }
     };
 }
+
+/// Largest distance of baselines in sizes of the font: places of lines stay exact to far less than a pixel.
+const MOST_SPACING: f64 = 1e6;
+
+/// Pixels that are painted of a text larger than the picture beyond what is shown: so far it moves with the image that it has.
+const MARGIN: f64 = 128.0;
+
+/// Side up to which an image has a margin: what every device can hold.
+const MOST_SIDE: f64 = 8192.0;
 
 /// The place of a text in a picture.
 #[derive(Debug, Clone, Copy)]
@@ -120,14 +135,20 @@ impl Place {
         Some(Self { picture, pixel, clip, depth })
     }
 
-    /// What is painted of a region around the text: all of it, or what the picture shows of a larger one; nothing beside the
-    /// picture.
-    fn part(&self, region: Region) -> Option<Region> {
+    /// What the picture shows of a region around the text; nothing beside the picture.
+    fn shown(&self, region: Region) -> Option<Region> {
         let [x, y] = self.pixel;
         let picture = Region { min: [0.0; 2], max: self.picture };
-        let shown = region.moved([x, y]).intersection(picture)?;
-        let fits = region.size().iter().zip(self.picture).all(|(side, most)| *side <= most);
-        Some(if fits { region } else { shown.moved([-x, -y]) })
+        Some(region.moved([x, y]).intersection(picture)?.moved([-x, -y]))
+    }
+
+    /// What is painted of a region of which this much is shown: all of it, or of one larger than the picture what is near that.
+    fn part(&self, region: Region, shown: Region) -> Region {
+        if region.size().iter().zip(self.picture).all(|(side, most)| *side <= most) {
+            return region;
+        }
+        let margin = shown.size().map(|side| (0.5 * (MOST_SIDE - side)).floor().clamp(0.0, MARGIN));
+        shown.grown(margin).intersection(region).unwrap_or(shown)
     }
 
     /// From pixels of a part of the picture, to the right and down from its corner, to clip space.
@@ -198,7 +219,7 @@ impl ShapeNode for Text2 {
             let at = from_eye + direction * ((place.depth - from_eye.dot(view.forward)) / direction.dot(view.forward));
             inverse * (at - (model.translation - view.eye))
         });
-        Ok(Aabb::of(corners))
+        Ok(Aabb::of(corners.into_iter().filter(|corner| corner.is_finite())).or(Some(point)))
     }
 
     fn primitives(&self, _: &ShapeContext<'_>, _: &mut dyn FnMut(Triangle)) -> Result<(), ShapeError> {
@@ -229,7 +250,12 @@ impl ShapeNode for Text2 {
         }
         let at = origin - view.eye + direction * t;
         let Some([x, y]) = pixel_of(view.clip_from_eye() * at.extend(1.0), place.picture) else { return Ok(()) };
-        let detail = self.layout(&self.font(cx)?).at([x - place.pixel[0], y - place.pixel[1]]);
+        let (font, at_pixel) = (self.font(cx)?, [x - place.pixel[0], y - place.pixel[1]]);
+        // Most texts are far from what is picked, and need not be laid out.
+        if !Layout::bound(&font.0, font.1, &self.string, self.spacing, self.justification).has(at_pixel) {
+            return Ok(());
+        }
+        let detail = self.layout(&font).at(at_pixel);
         let model = &cx.state.model;
         let Some((detail, inverse)) = detail.zip(inverse(&model.matrix3)) else { return Ok(()) };
         let point = inverse * (at - (model.translation - view.eye));
@@ -255,16 +281,15 @@ impl ShapeNode for Text2 {
             let region = self.layout(&font).region();
             *painted = Painted { of: Some(of), region, ..Painted::default() };
         }
-        let part = painted.region.and_then(|region| place.part(region));
-        if part.is_some() && painted.part != part {
-            let layout = self.layout(&font);
-            painted.drawn = match part.filter(|_| layout.has_ink()) {
-                Some(part) => Some(paint(&layout, part)?),
-                None => None,
-            };
-            painted.part = part;
+        let shown = painted.region.and_then(|region| Some((region, place.shown(region)?)));
+        if let Some((region, shown)) = shown
+            && painted.part.is_none_or(|part| !part.holds(shown))
+        {
+            let (layout, part) = (self.layout(&font), place.part(region, shown));
+            painted.drawn = if layout.has_ink() { Some(paint(&layout, part)?) } else { None };
+            painted.part = Some(part);
         }
-        let drawn = part.zip(painted.drawn.clone());
+        let drawn = shown.and(painted.part).zip(painted.drawn.clone());
         cx.keep(painted);
         let Some((Region { min: [left, top], .. }, (mesh, image))) = drawn else { return Ok(()) };
         let [x, y] = place.pixel;

@@ -4,7 +4,7 @@
 use ab_glyph::GlyphId;
 
 use super::{Justification, TextDetail};
-use crate::scene::{Ink, Typeface};
+use crate::scene::{Ink, MOST_REACH, Typeface};
 
 /// A rectangle of whole pixels, to the right and down from the place of the text: from `min` up to `max`, which is not in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +25,17 @@ impl Region {
         Self { min: [a.min(c), b.min(d)], max: [e.max(g), f.max(h)] }
     }
 
+    /// Whether all of another is in it.
+    pub(super) fn holds(&self, other: Self) -> bool {
+        self.union(other) == *self
+    }
+
+    /// With as much more on the left and right, and above and below.
+    pub(super) fn grown(self, [x, y]: [f64; 2]) -> Self {
+        let ([left, top], [right, bottom]) = (self.min, self.max);
+        Self { min: [left - x, top - y], max: [right + x, bottom + y] }
+    }
+
     /// What is in both, if anything is.
     pub(super) fn intersection(self, other: Self) -> Option<Self> {
         let ([a, b], [c, d]) = (self.min, other.min);
@@ -38,7 +49,7 @@ impl Region {
         Self { min: [left + x, top + y], max: [right + x, bottom + y] }
     }
 
-    fn has(&self, [x, y]: [f64; 2]) -> bool {
+    pub(super) fn has(&self, [x, y]: [f64; 2]) -> bool {
         let ([left, top], [right, bottom]) = (self.min, self.max);
         x >= left && x < right && y >= top && y < bottom
     }
@@ -49,7 +60,7 @@ impl Region {
 struct Cell {
     /// `None` without ink of its own.
     glyph: Option<GlyphId>,
-    /// Whether the font does not know it: a box is drawn.
+    /// Whether the font does not know it, or has it larger than can be painted: a box is drawn.
     missing: bool,
     /// Where the pen is before it, and after it.
     from: f64,
@@ -99,7 +110,8 @@ impl<'f> Layout<'f> {
                     last.to = from;
                 }
                 pen = from + font.advance(glyph).max(0.0) * size;
-                cells.push(Cell { glyph, missing: glyph.is_none() && !blank, from, to: pen });
+                let painted = glyph.filter(|&glyph| font.can_paint(glyph, size));
+                cells.push(Cell { glyph: painted, missing: painted.is_none() && !blank, from, to: pen });
                 before = glyph;
             }
             let start = match justification {
@@ -119,6 +131,29 @@ impl<'f> Layout<'f> {
             layout.lines.push(Line { string, baseline, cells, region });
         }
         layout
+    }
+
+    /// A region that holds all of a text, told without a look at its characters.
+    pub(super) fn bound(
+        font: &Typeface,
+        size: f64,
+        strings: &[String],
+        spacing: f64,
+        justification: Justification,
+    ) -> Region {
+        let longest = strings.iter().map(|text| text.chars().count()).max().unwrap_or(0);
+        // Each character goes on by its advance and a kern.
+        let wide = longest as f64 * (font.widest() + 1.0) * size;
+        let start = match justification {
+            Justification::Left => 0.0,
+            Justification::Center => -0.5 * wide,
+            Justification::Right => -wide,
+        };
+        let last = strings.len().saturating_sub(1) as f64 * spacing * size;
+        let [up, down] = font.reach().map(|reach| reach.max(MOST_REACH) * size);
+        let lines = Region { min: [start, last.min(0.0) - up], max: [start + wide, last.max(0.0) + down] };
+        // Half a pixel by the rounding of starts and baselines, and one by that of regions.
+        lines.grown([MOST_REACH * size + 2.0, 2.0])
     }
 
     /// The region around everything; nothing if there is no character.
@@ -182,7 +217,10 @@ impl<'f> Layout<'f> {
                     Some(glyph) => {
                         self.font.paint(glyph, self.size, [cell.from - left, line.baseline - top], &mut put);
                     }
-                    None => frame(self.missing_box(cell, line.baseline).moved([-left, -top]), self.size, &mut put),
+                    None => {
+                        let of = self.missing_box(cell, line.baseline).moved([-left, -top]);
+                        frame(of, self.size, part.size(), &mut put);
+                    }
                 }
             }
         }
@@ -190,16 +228,79 @@ impl<'f> Layout<'f> {
     }
 }
 
-/// The border of a box, in whole pixels.
-fn frame(of: Region, size: f64, put: &mut impl FnMut(i64, i64, f32)) {
+/// The border of a box, in whole pixels: what of it is in an image of these sides.
+fn frame(of: Region, size: f64, image: [f64; 2], put: &mut impl FnMut(i64, i64, f32)) {
     let [left, top] = of.min.map(|v| v.ceil() as i64);
     let [right, bottom] = of.max.map(|v| v.floor() as i64);
+    let [most_x, most_y] = image.map(|side| side as i64);
     let width = ((size / 16.0).round() as i64).max(1);
-    for y in top..bottom {
-        for x in left..right {
+    for y in top.max(0)..bottom.min(most_y) {
+        for x in left.max(0)..right.min(most_x) {
             if x < left + width || x >= right - width || y < top + width || y >= bottom - width {
                 put(x, y, 1.0);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    /// A font whose em is said to be of this many units.
+    fn font(units: Option<u16>) -> std::sync::Arc<Typeface> {
+        let scene = Scene::new();
+        let Some(units) = units else { return scene.resources().typeface(None).unwrap() };
+        let mut bytes = epaint_default_fonts::UBUNTU_LIGHT.to_vec();
+        let head = bytes[12..].chunks(16).find(|record| record.starts_with(b"head")).unwrap();
+        let head = u32::from_be_bytes(head[8..12].try_into().unwrap()) as usize;
+        bytes[head + 18..head + 20].copy_from_slice(&units.to_be_bytes());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("font.ttf");
+        std::fs::write(&path, bytes).unwrap();
+        scene.resources().typeface(Some(&path)).unwrap()
+    }
+
+    #[test]
+    fn the_bound_holds_the_text() {
+        let strings = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>();
+        for units in [None, Some(1000), Some(300), Some(16)] {
+            let font = font(units);
+            for texts in [&["AVAToj|"][..], &["", "\u{4e2d}\u{4e2d}", "i"], &["W"], &["a\t b", "ÅÅÅÅÅÅÅÅ", ""]]
+            {
+                let strings = strings(texts);
+                for size in [0.3, 10.0, 1024.0] {
+                    for spacing in [1.0, -2.5, 1e6] {
+                        for justification in [Justification::Left, Justification::Center, Justification::Right] {
+                            let region = Layout::new(&font, size, &strings, spacing, justification).region().unwrap();
+                            let bound = Layout::bound(&font, size, &strings, spacing, justification);
+                            assert!(bound.holds(region), "{texts:?}, {size}, {spacing}: {region:?} in {bound:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_frame_costs_no_more_than_the_image() {
+        let image = [30.0, 20.0];
+        let huge = Region { min: [-1e9; 2], max: [1e9; 2] };
+        frame(huge, 10.0, image, &mut |_, _, _| panic!("the border is far away"));
+        // Against the definition: within a pixel of the edge, in the box and in the image.
+        for of in [Region { min: [3.2, -4.0], max: [12.9, 9.1] }, Region { min: [-5.0, 2.0], max: [90.0, 50.0] }] {
+            let mut got = Vec::new();
+            frame(of, 10.0, image, &mut |x, y, _| got.push((x, y)));
+            let inner = of.grown([-1.0; 2]);
+            let within = |region: Region, x: f64, y: f64| {
+                x >= region.min[0] && x + 1.0 <= region.max[0] && y >= region.min[1] && y + 1.0 <= region.max[1]
+            };
+            let whole = Region { min: of.min.map(f64::ceil), max: of.max.map(f64::floor) };
+            let inner = Region { min: inner.min.map(f64::ceil), max: inner.max.map(f64::floor) };
+            let all = (0..20i64).flat_map(|y| (0..30i64).map(move |x| (x, y)));
+            let border = |&(x, y): &(i64, i64)| within(whole, x as f64, y as f64) && !within(inner, x as f64, y as f64);
+            assert_eq!(got, all.filter(border).collect::<Vec<_>>());
         }
     }
 }

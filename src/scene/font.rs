@@ -42,8 +42,25 @@ pub enum FontError {
     Size(f64),
 }
 
-/// Largest size of a font: a character takes 4 MiB then.
+impl FontError {
+    /// Why a file can not be read.
+    pub(crate) fn of(path: &Path, error: std::io::Error) -> Self {
+        let path = path.to_owned();
+        match error.kind() {
+            std::io::ErrorKind::NotFound => FontError::Missing { path },
+            _ => FontError::Unreadable { path, error: Arc::new(error) },
+        }
+    }
+}
+
+/// Largest size of a font: to paint a character of one em by one takes 4 MiB then, an f32 for each pixel.
 pub(crate) const MOST_PIXELS: f64 = 1024.0;
+
+/// How far the ink of a character may be from its pen, in ems: nothing is drawn eight times as large as it is said to be.
+pub(crate) const MOST_REACH: f64 = 8.0;
+
+/// Most pixels of the rectangle around a character: 4 by 4 ems of the largest size, which take 64 MiB to paint.
+const MOST_AREA: f64 = 16.0 * MOST_PIXELS * MOST_PIXELS;
 
 /// The font that is always there.
 pub(crate) const DEFAULT_FONT: &str = "defaultFont";
@@ -56,6 +73,8 @@ pub(crate) struct Typeface {
     id: u64,
     /// From the font's own units to ems.
     scale: f64,
+    /// The largest advance of a glyph.
+    widest: f64,
     /// How far the ink of a character reaches; `None` without any.
     ink: Mutex<HashMap<u16, Option<Ink>>>,
 }
@@ -68,6 +87,9 @@ pub(crate) struct Ink {
     pub(crate) bottom: f64,
     pub(crate) top: f64,
 }
+
+/// Ems that a character without a glyph takes in a font that does not say.
+const NO_ADVANCE: f64 = 0.5;
 
 /// That of [`DEFAULT_FONT`], read once.
 static BUILT_IN: LazyLock<Result<Arc<Typeface>, FontError>> = LazyLock::new(|| {
@@ -82,16 +104,16 @@ impl Typeface {
         let height = f64::from(font.height_unscaled()) * scale;
         let usable = scale > 0.0 && scale.is_finite() && height > 0.0 && height.is_finite();
         let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
-        usable.then(|| Self { font, id, scale, ink: Mutex::default() })
+        let glyphs = (0..=u16::MAX).take(font.glyph_count());
+        let widest = glyphs.map(|glyph| font.h_advance_unscaled(GlyphId(glyph))).fold(0.0, f32::max);
+        let widest = (f64::from(widest) * scale).max(NO_ADVANCE);
+        usable.then(|| Self { font, id, scale, widest, ink: Mutex::default() })
     }
 
     /// The font in a file, or the one that is always there.
     pub(super) fn read(file: Option<&Path>) -> Result<Arc<Self>, FontError> {
         let Some(path) = file else { return BUILT_IN.clone() };
-        let bytes = std::fs::read(path).map_err(|error| match error.kind() {
-            std::io::ErrorKind::NotFound => FontError::Missing { path: path.to_owned() },
-            _ => FontError::Unreadable { path: path.to_owned(), error: Arc::new(error) },
-        })?;
+        let bytes = super::regular(path).and_then(std::fs::read).map_err(|error| FontError::of(path, error))?;
         let font = FontArc::try_from_vec(bytes).ok();
         font.and_then(Self::new).map(Arc::new).ok_or_else(|| FontError::Broken { path: path.to_owned() })
     }
@@ -113,12 +135,25 @@ impl Typeface {
     /// How far the pen goes on after a glyph; after a character that there is none for, without one.
     pub(crate) fn advance(&self, glyph: Option<GlyphId>) -> f64 {
         let advance = f64::from(self.font.h_advance_unscaled(glyph.unwrap_or_default())) * self.scale;
-        if glyph.is_none() && advance <= 0.0 { 0.5 } else { advance }
+        if glyph.is_none() && advance <= 0.0 { NO_ADVANCE } else { advance.min(self.widest) }
     }
 
-    /// What the pen goes on more between two glyphs.
+    /// The most that [`Typeface::advance`] can be.
+    pub(crate) fn widest(&self) -> f64 {
+        self.widest
+    }
+
+    /// What the pen goes on more between two glyphs, an em at most.
     pub(crate) fn kern(&self, before: GlyphId, glyph: GlyphId) -> f64 {
-        f64::from(self.font.kern_unscaled(before, glyph)) * self.scale
+        (f64::from(self.font.kern_unscaled(before, glyph)) * self.scale).clamp(-1.0, 1.0)
+    }
+
+    /// Whether a glyph is of a size that can be painted: a font may say anything.
+    pub(crate) fn can_paint(&self, glyph: GlyphId, size: f64) -> bool {
+        self.ink(glyph).is_none_or(|Ink { left, right, bottom, top }| {
+            let reaches = [left, right, bottom, top].iter().all(|place| place.abs() <= MOST_REACH);
+            reaches && (right - left) * (top - bottom) * size * size <= MOST_AREA
+        })
     }
 
     /// The outline of a glyph, with bounds that all its control points are within: those in the file may be anything.
@@ -136,13 +171,9 @@ impl Typeface {
                 (max.x, max.y) = (max.x.max(p.x), max.y.max(p.y));
             }
         }
-        // Nothing is drawn eight times as large as it is said to be.
-        let most = 8.0 / self.scale;
-        let sane =
-            max.x >= min.x && max.y >= min.y && [min.x, min.y, max.x, max.y].iter().all(|v| f64::from(v.abs()) < most);
         // Bounds run from the upper left corner to the lower right.
         let bounds = Rect { min: point(min.x, max.y), max: point(max.x, min.y) };
-        sane.then_some(Outline { bounds, curves: outline.curves })
+        (!outline.curves.is_empty()).then_some(Outline { bounds, curves: outline.curves })
     }
 
     /// How far the ink of a glyph reaches.
@@ -155,7 +186,7 @@ impl Typeface {
         })
     }
 
-    /// Hands over the pixels that a glyph of `size` pixels covers, and how much of each, 0..1: the pen is at `pen`, in pixels to
+    /// Hands over the pixels that a glyph which [can be painted](Typeface::can_paint) covers with an em of `size` pixels, and how much of each, 0..1: the pen is at `pen`, in pixels to
     /// the right and down.
     pub(crate) fn paint(&self, glyph: GlyphId, size: f64, pen: [f64; 2], mut pixel: impl FnMut(i64, i64, f32)) {
         let Some(outline) = self.outline(glyph) else { return };

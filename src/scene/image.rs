@@ -193,8 +193,8 @@ impl Image {
             _ => ImageError::Unreadable { path: path.to_owned(), error: Arc::new(error) },
         };
         let broken = |reason: String| ImageError::Broken { path: path.to_owned(), reason };
-        let mut reader =
-            image::ImageReader::open(path).map_err(unreadable)?.with_guessed_format().map_err(unreadable)?;
+        let reader = super::regular(path).and_then(image::ImageReader::open).map_err(unreadable)?;
+        let mut reader = reader.with_guessed_format().map_err(unreadable)?;
         // Height maps of 16384² are 512 MiB; the decoder's default limit is less.
         let mut limits = image::Limits::default();
         limits.max_alloc = Some(4 << 30);

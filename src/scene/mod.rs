@@ -7,6 +7,7 @@
 mod files;
 mod font;
 mod image;
+mod input;
 mod path;
 mod resources;
 mod sensor;
@@ -24,8 +25,9 @@ use thiserror::Error;
 
 pub(crate) use files::Shown;
 pub use font::FontError;
-pub(crate) use font::{DEFAULT_FONT, Ink, MOST_PIXELS, Typeface};
+pub(crate) use font::{DEFAULT_FONT, Ink, MOST_PIXELS, MOST_REACH, Typeface};
 pub use image::{Image, ImageError, Pixels};
+pub(crate) use input::regular;
 pub use path::{NodePlace, Path};
 pub use resources::Resources;
 pub use sensor::{Sensor, Watched};

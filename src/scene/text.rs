@@ -54,7 +54,7 @@ impl TextError {
 
 /// The text in a file, without a byte order mark.
 pub(super) fn read(path: &Path) -> Result<Arc<str>, TextError> {
-    let bytes = std::fs::read(path).map_err(|error| TextError::of(path, error))?;
+    let bytes = super::regular(path).and_then(std::fs::read).map_err(|error| TextError::of(path, error))?;
     let text = std::str::from_utf8(&bytes)
         .map_err(|error| TextError::NotUtf8 { path: path.to_owned(), at: error.valid_up_to() })?;
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text).into())
