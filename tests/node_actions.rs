@@ -229,10 +229,24 @@ fn answers(scene: &mut Scene) -> BTreeMap<&'static str, String> {
     let [width, height] = PIXELS;
     let frame = RenderAction::new(width, height).apply(scene).map_err(|error| error.to_string());
     note(ActionKind::Render, format!("{:?}", frame.map(|frame| (frame.background, frame.sky, frame.draws))));
-    note(
-        ActionKind::BoundingBox,
-        format!("{:?}", BoundingBoxAction::default().apply(scene).map_err(|e| e.to_string())),
-    );
+    // In a view as well, always the same one: it is asked for, and not the scene's.
+    let mut looking = Scene::new();
+    let (position, look_at) = (Some(DVec3::Z * 9.0), Some(DVec3::ZERO));
+    let limits = (Some(0.1), Some(1e3));
+    let camera = PerspectiveCamera {
+        position,
+        look_at,
+        near_distance: limits.0,
+        far_distance: limits.1,
+        ..PerspectiveCamera::default()
+    };
+    looking.add(looking.root(), camera).unwrap();
+    let view = RenderAction::new(width, height).viewpoint(&looking).unwrap();
+    let boxes = [None, Some(view)].map(|view| {
+        let action = BoundingBoxAction { view, ..BoundingBoxAction::default() };
+        action.apply(scene).map_err(|error| error.to_string())
+    });
+    note(ActionKind::BoundingBox, format!("{boxes:?}"));
     let places = || (0..width).step_by(6).flat_map(|x| (0..height).step_by(6).map(move |y| (x, y)));
     let told = |hits: &[PickedPoint]| {
         hits.iter().map(|h| format!("{:?}", (h.point, h.normal, h.smooth_normal, h.uv, h.detail))).collect::<Vec<_>>()

@@ -219,6 +219,13 @@ fn a_font_may_come_from_a_file() {
         std::fs::write(folder.path().join("scene.ron"), text).expect("a file");
         read_scene(folder.path().join("scene.ron")).unwrap_or_else(|e| panic!("{e}"))
     };
+    // One that is missing is told before anything is drawn, at its name.
+    let missing = "Scene(version: 1, root: Separator(children: [\nFont(name: \"Helvetica\")]))";
+    std::fs::write(folder.path().join("missing.ron"), missing).expect("a file");
+    let error = read_scene(folder.path().join("missing.ron")).unwrap_err();
+    let place = error.mistakes()[0].position.expect("a place");
+    assert_eq!((place.line, place.column), (2, 12), "{error}");
+    assert!(error.to_string().contains("there is no font"), "{error}");
     let font = FontArc::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).expect("a font");
     let got = shares(&scene("Font(name: \"own.ttf\", size: 20.0)"));
     let want = expected(&font, 20.0, "AVA fi", [60.0, 40.0]);

@@ -24,6 +24,7 @@ crate::define_node! {
     }
     actions {
         Render: "draws text in it";
+        BoundingBox: "holds what text in it covers, if told the view";
         RayPick, HandleEvent: "meet the characters of text where it puts them";
     }
     check |font: &Font| {
