@@ -11,7 +11,8 @@ use crate::scene::{Path, Scene};
 
 /// Finds the smallest box along the world axes around the local boxes of all shapes.
 ///
-/// Needs no camera, unless text is to be boxed as a picture shows it: a terrain's box is that of its full-resolution heights, which contains every coarser mesh, and of
+/// Needs no camera, unless text is to be boxed as a picture shows it: a terrain's box is that of its full-resolution heights, which
+/// contains every coarser mesh, and of
 /// levels of detail all are boxed. Decodes height maps, but no colours. Each shape's own box is transformed by the whole map
 /// to the world at once, so that turned groups in turned groups do not make it larger.
 ///

@@ -200,7 +200,7 @@ impl Viewpoint {
     }
 
     fn check_lens(&self) -> Result<(), CameraError> {
-        let (Lens::Perspective { tan_half_height: half } | Lens::Orthographic { half_height: half }) = self.lens;
+        let half = self.lens.half_height();
         if half > 0.0 && half.is_finite() { Ok(()) } else { Err(CameraError::Height(half)) }
     }
 }
@@ -217,26 +217,25 @@ fn view_all(view: &mut Viewpoint, scene: Option<Aabb>, target: Option<DVec3>) {
     let center = target.unwrap_or_else(|| bounds.center());
     let corners = bounds.corners().map(|c| c - center);
     let depth = |c: DVec3| c.dot(view.forward);
-    // The middle of the picture is `aside` from where the view goes, per unit of depth or altogether.
-    let aside = |half: f64| DVec2::new(half * view.aspect, half) * view.center;
-    let distance = match &mut view.lens {
-        Lens::Perspective { tan_half_height: t } => {
-            let (tx, ty, aside) = (*t * view.aspect, *t, aside(*t));
+    let distance = match view.lens {
+        Lens::Perspective { .. } => {
+            // Where the middle of the picture is beside the view, per unit of depth.
+            let (half, aside) = (view.half_size(), view.half_size() * view.center);
             corners
                 .iter()
                 .map(|&c| {
                     let beside = DVec2::new(c.dot(view.right), c.dot(view.up)) - aside * depth(c);
-                    (beside.x.abs() / tx).max(beside.y.abs() / ty) - depth(c)
+                    (beside.x.abs() / half.x).max(beside.y.abs() / half.y) - depth(c)
                 })
                 .fold(0.0, f64::max)
         }
-        Lens::Orthographic { half_height } => {
+        Lens::Orthographic { .. } => {
             let needed = corners
                 .iter()
                 .map(|c| (c.dot(view.right).abs() / view.aspect).max(c.dot(view.up).abs()))
                 .fold(0.0, f64::max);
             if needed > 0.0 {
-                *half_height = needed;
+                view.lens = Lens::Orthographic { half_height: needed };
             }
             // In front of everything, by the size of the box.
             corners.iter().map(|&c| -depth(c)).fold(0.0, f64::max) + bounds.size().length()
@@ -245,8 +244,8 @@ fn view_all(view: &mut Viewpoint, scene: Option<Aabb>, target: Option<DVec3>) {
     // A box without extent is looked at from a distance of 1.
     let distance = if distance > 0.0 { distance } else { 1.0 };
     let aside = match view.lens {
-        Lens::Perspective { tan_half_height: t } => aside(t) * distance,
-        Lens::Orthographic { half_height: h } => aside(h),
+        Lens::Perspective { .. } => view.half_size() * view.center * distance,
+        Lens::Orthographic { .. } => view.half_size() * view.center,
     };
     view.eye = center - view.forward * distance - view.right * aside.x - view.up * aside.y;
 }

@@ -28,7 +28,8 @@ pub struct SurfaceColors {
 }
 
 impl State {
-    /// The colours that shapes hand out to their parts, faces and corners as [`Properties::material_binding`](super::Properties::material_binding) says.
+    /// The colours that shapes hand out to their parts, faces and corners as
+    /// [`Properties::material_binding`](super::Properties::material_binding) says.
     #[must_use]
     pub fn colors(&self) -> SurfaceColors {
         let material = &self.material;

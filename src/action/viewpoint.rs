@@ -19,6 +19,15 @@ pub enum Lens {
     },
 }
 
+impl Lens {
+    /// Half the height of the picture: the tangent of a perspective lens, the length of an orthographic one.
+    #[must_use]
+    pub fn half_height(self) -> f64 {
+        let (Lens::Perspective { tan_half_height: half } | Lens::Orthographic { half_height: half }) = self;
+        half
+    }
+}
+
 /// A camera as the actions use it: an eye, an orthonormal basis and a lens, in world coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viewpoint {
@@ -104,11 +113,17 @@ impl Viewpoint {
         }
     }
 
-    /// The lower left and the upper right corner of the picture, right and up from where `forward` goes, when half its height
-    /// is `half`: tangents for the tangent that a perspective lens has, lengths for the length of an orthographic one.
+    /// Half the width and half the height of the picture: tangents of a perspective lens, lengths of an orthographic one.
     #[must_use]
-    pub fn tangents(&self, half: f64) -> [DVec2; 2] {
-        let half = DVec2::new(half * self.aspect, half);
+    pub fn half_size(&self) -> DVec2 {
+        let half = self.lens.half_height();
+        DVec2::new(half * self.aspect, half)
+    }
+
+    /// The lower left and the upper right corner of the picture, right and up from where `forward` goes, in the same.
+    #[must_use]
+    pub fn window(&self) -> [DVec2; 2] {
+        let half = self.half_size();
         [half * (self.center - 1.0), half * (self.center + 1.0)]
     }
 
@@ -136,8 +151,7 @@ impl Viewpoint {
     #[must_use]
     pub fn frustum(&self) -> Frustum {
         let (r, u, f) = (self.right, self.up, self.forward);
-        let (Lens::Perspective { tan_half_height: half } | Lens::Orthographic { half_height: half }) = self.lens;
-        let [low, high] = self.tangents(half);
+        let [low, high] = self.window();
         let side = |s: DVec3, most: f64| match self.lens {
             Lens::Perspective { .. } => (f * most + s).extend(0.0),
             Lens::Orthographic { .. } => s.extend(most),

@@ -289,10 +289,9 @@ pub fn lattice_view(view: &Viewpoint, model: &DAffine3, frame: &LatticeFrame) ->
     let t = eye_from_local.transform_point3(to_local.translation);
     let along = |axis: DVec3| DVec4::new(axis.dot(m.x_axis), axis.dot(m.y_axis), axis.dot(m.z_axis), axis.dot(t));
     let projection = match view.lens {
-        Lens::Perspective { tan_half_height } => PixelProjection::Perspective {
-            focal: 0.5 * view.pixels / tan_half_height,
-            tangents: view.tangents(tan_half_height),
-        },
+        Lens::Perspective { tan_half_height } => {
+            PixelProjection::Perspective { focal: 0.5 * view.pixels / tan_half_height, tangents: view.window() }
+        }
         Lens::Orthographic { half_height } => PixelProjection::Orthographic { scale: 0.5 * view.pixels / half_height },
     };
     LatticeView {

@@ -226,10 +226,6 @@ impl ShapeNode for Text2 {
         Ok(())
     }
 
-    fn ray(&self, _: &ShapeContext<'_>, _: &Ray, _: bool, _: &mut Vec<ShapeHit>) -> Result<(), ShapeError> {
-        Ok(())
-    }
-
     fn beyond_box(&self) -> bool {
         true
     }
