@@ -20,6 +20,7 @@ mod handle_event;
 mod index;
 mod kind;
 mod matrix;
+mod memo;
 mod pick_cone;
 mod program;
 mod ray;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, DVec3};
 
 use super::camera::unit;
-use super::state::Memo;
+use super::memo::{Memo, Memos};
 use super::walk::{Go, Visitor, walk};
 use super::{
     Aabb, ActionError, ActionKind, Branches, Cameras, Index, Lens, PickCone, PixelArea, Ray, ShapeContext, State, View,
@@ -219,7 +219,8 @@ impl RayPickAction {
         let index = scene.index();
         let (surface, radius) = (self.surface, self.radius);
         let size = self.size.map(f64::from);
-        Ok(Picker { scene, surface, viewpoint, cameras, frozen: None, limits, size, crop, index, radius })
+        let memos = Memos::default();
+        Ok(Picker { scene, surface, viewpoint, cameras, frozen: None, limits, size, crop, index, radius, memos })
     }
 
     /// The picker for what is shown in a view: while the view is frozen it picks the detail that is drawn there.
@@ -249,6 +250,7 @@ pub struct Picker<'s> {
     index: Option<Arc<Index>>,
     /// How far lines and points are met, in pixels.
     radius: f64,
+    memos: Memos,
 }
 
 impl Picker<'_> {
@@ -291,7 +293,7 @@ impl Picker<'_> {
             return Ok(Vec::new());
         }
         let cone = self.viewpoint.as_ref().map(|view| PickCone::new(ray, view, self.radius));
-        self.pick_with(&ray, cone.as_ref(), all, |_| true, None)
+        self.pick_with(&ray, cone.as_ref(), all, |_| true, &self.memos.lend(self.scene))
     }
 
     /// [`Picker::pick`] along many rays, on all cores: the same answers in the same order.
@@ -302,8 +304,11 @@ impl Picker<'_> {
     pub fn pick_many(&self, rays: &[Ray], all: bool) -> Result<Vec<Vec<PickedPoint>>, ActionError> {
         use rayon::prelude::*;
         // A pick takes about a microsecond; smaller pieces of work would cost more to hand out.
-        let pick = |memo: &mut Memo, ray| self.pick_with(ray, None, all, |_| true, Some(memo));
-        rays.par_iter().with_min_len(64).map_init(Memo::default, pick).collect()
+        let memo = || self.memos.lend(self.scene);
+        rays.par_iter()
+            .with_min_len(64)
+            .map_init(memo, |memo, ray| self.pick_with(ray, None, all, |_| true, memo))
+            .collect()
     }
 
     /// What the ray meets, nearest first: the first, or all.
@@ -322,7 +327,7 @@ impl Picker<'_> {
         all: bool,
         wanted: fn(&HitDetail) -> bool,
     ) -> Result<Vec<PickedPoint>, ActionError> {
-        self.pick_with(ray, None, all, wanted, None)
+        self.pick_with(ray, None, all, wanted, &self.memos.lend(self.scene))
     }
 
     fn pick_with(
@@ -331,10 +336,11 @@ impl Picker<'_> {
         cone: Option<&PickCone>,
         all: bool,
         wanted: fn(&HitDetail) -> bool,
-        memo: Option<&Memo>,
+        memo: &Memo,
     ) -> Result<Vec<PickedPoint>, ActionError> {
         ray.check()?;
         let (far, local, found) = ([ray.far; 2], Vec::new(), Vec::new());
+        let memo = Some(memo);
         let mut pick = Pick { picker: self, ray: *ray, unit: ray.unit(), cone, far, all, wanted, memo, local, found };
         if !pick.indexed()? {
             // Only the index keeps the paths of places where they are.

@@ -1,14 +1,13 @@
 //! What a walk knows at a point of the graph: the sum of the properties before it.
 
 use std::any::{Any, TypeId};
-use std::cell::RefCell;
 use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
-use std::rc::Rc;
 use std::sync::{Arc, LazyLock};
 
 use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3, Vec3};
 
+use super::memo::Memo;
 use super::{ActionError, ActionKind, Attenuation, Cameras, Cone, PlacedCamera, ShapeError, Surface, Viewpoint};
 use crate::node::{
     Background, Binding, BumpMap, ColorRamp, Complexity, ContourLines, DetailTextures, DrawStyle, Environment,
@@ -558,17 +557,6 @@ pub struct ShapeContext<'a> {
     pub(crate) memo: Option<&'a Memo>,
 }
 
-/// What shapes have worked out for one ray and can use for the next: on one thread, so that many threads that pick at once share
-/// no lock and no count of references. A place is known by its path, which must stay where it is as long as this lives.
-#[derive(Default)]
-pub(crate) struct Memo(RefCell<Vec<(*const Path, Rc<dyn Any>)>>);
-
-impl std::fmt::Debug for Memo {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Memo").field("places", &self.0.borrow().len()).finish()
-    }
-}
-
 impl<'a> ShapeContext<'a> {
     /// A place in the scene, seen by no camera.
     #[must_use]
@@ -590,19 +578,14 @@ impl<'a> ShapeContext<'a> {
     }
 
     /// What `make` makes, or what it made for this shape and an earlier ray.
-    pub(crate) fn remember<T: 'static>(
+    pub(crate) fn remember<T: Send + Sync + 'static>(
         &self,
         make: impl FnOnce() -> Result<T, ShapeError>,
-    ) -> Result<Rc<T>, ShapeError> {
-        let Some(Memo(memo)) = self.memo else { return Ok(Rc::new(make()?)) };
-        let place: *const Path = self.path;
-        let known = memo.borrow().iter().find(|(p, _)| *p == place).map(|(_, known)| Rc::clone(known));
-        if let Some(known) = known.and_then(|known| known.downcast().ok()) {
-            return Ok(known);
+    ) -> Result<Arc<T>, ShapeError> {
+        match self.memo {
+            Some(memo) => memo.remember(self.path, make),
+            None => Ok(Arc::new(make()?)),
         }
-        let made = Rc::new(make()?);
-        memo.borrow_mut().push((place, Rc::clone(&made) as Rc<dyn Any>));
-        Ok(made)
     }
 
     /// A shape's error with its place, as actions return it. Errors of an image point at the texture node that asked for it.

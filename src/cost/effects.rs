@@ -7,7 +7,7 @@ use glam::{DVec3, Mat3, Mat4, Vec2, Vec3, Vec4};
 
 use super::bench::{gpu_figure, median, ms};
 use super::report::{EffectFigures, EffectRow, EffectTimes, EffectsCost};
-use super::{CostError, Options, Run};
+use super::{CostError, Options, Plan, Run};
 use crate::action::{
     Attenuation, BACKGROUNDS, Bump, ColorMap, Coloring, Cone, ContourStyle, DebugColor, DepthOffset, DetailMaps, Draw,
     DrawProgram, Effects, Fog, FragmentUses, Frame, FrameLight, Geometry, LineStyle, ProgramCode, RampMap, Relief,
@@ -78,9 +78,7 @@ const MORPH: &str = "heights that blend between levels";
 
 pub(super) const STEPS: usize = EFFECTS.len() + 1;
 
-const REPEATS: usize = 3;
-
-pub(super) fn measure(run: &mut Run<'_>, options: &Options) -> Result<(), CostError> {
+pub(super) fn measure(run: &mut Run<'_>, plan: &Plan, options: &Options) -> Result<(), CostError> {
     run.report.effects = Some(EffectsCost::default());
     if let Some(eye) = run.bench.main.eyes(run.bench.size).into_iter().find(|eye| eye.name == "corner") {
         run.bench.look(&eye, 0);
@@ -100,18 +98,18 @@ pub(super) fn measure(run: &mut Run<'_>, options: &Options) -> Result<(), CostEr
         effect(&mut frame);
         // What no shape of the scene can have, such as colours of corners on terrains, has no row.
         if name == "none" || names(&frame) != names(&base) {
-            let row = row(name, &frame, options)?;
+            let row = row(name, &frame, plan, options)?;
             run.report.effects.get_or_insert_default().rows.push(row);
         }
     }
     run.begin(&format!("effects: {MORPH}"));
-    let row = row(MORPH, &morphing, options)?;
+    let row = row(MORPH, &morphing, plan, options)?;
     run.report.effects.get_or_insert_default().rows.push(row);
     run.finished()
 }
 
 /// What a frame takes by itself.
-fn row(name: &str, frame: &Frame, options: &Options) -> Result<EffectRow, CostError> {
+fn row(name: &str, frame: &Frame, plan: &Plan, options: &Options) -> Result<EffectRow, CostError> {
     // A device that has seen nothing else: what it holds is what this takes.
     let mut headless = Headless::new(options.adapter.as_deref())?;
     headless.draw(frame)?;
@@ -120,7 +118,7 @@ fn row(name: &str, frame: &Frame, options: &Options) -> Result<EffectRow, CostEr
     let shaders: BTreeMap<usize, u64> = costs.map(|cost| (cost.variant, cost.shader_bytes)).collect();
     let mut gpus = Vec::new();
     let mut report = None;
-    for _ in 0..REPEATS {
+    for _ in 0..plan.repeats {
         let drawn = headless.draw(frame)?.report;
         gpus.push(drawn.gpu.map(ms));
         report.get_or_insert(drawn);

@@ -152,7 +152,7 @@ pub fn run(scene: Scene, options: &Options, watcher: &mut dyn Watcher) -> Result
     let mut run = Run { bench, report, watcher, step: 1, steps };
     drawing::measure(&mut run, &plan)?;
     picking::measure(&mut run, &plan)?;
-    effects::measure(&mut run, options)?;
+    effects::measure(&mut run, &plan, options)?;
     precision::measure(&mut run)?;
     published::measure(&mut run, &plan)?;
     cracks::measure(&mut run, &plan)?;
@@ -174,6 +174,8 @@ struct Plan {
     crack_eyes: u32,
     /// Rays of each class, rounded down to a square.
     rays: u32,
+    /// How often a frame is drawn again for the time that an effect, or a published way of drawing, takes.
+    repeats: usize,
 }
 
 impl Plan {
@@ -186,6 +188,7 @@ impl Plan {
                 flight_steps: 20,
                 crack_eyes: 20,
                 rays: 2_500,
+                repeats: 1,
             }
         } else {
             Self {
@@ -195,6 +198,7 @@ impl Plan {
                 flight_steps: 200,
                 crack_eyes: 300,
                 rays: 40_000,
+                repeats: 3,
             }
         }
     }

@@ -17,8 +17,6 @@ const RESOLUTIONS: (u32, u32) = (16, 3);
 /// Views and flights.
 pub(super) const STEPS: usize = VIEWS.len() + 2;
 
-const REPEATS: usize = 3;
-
 pub(super) fn measure(run: &mut Run<'_>, plan: &Plan) -> Result<(), CostError> {
     let before = run.bench.scene.get::<SeamlessTerrain>(run.bench.main.key).map(|node| node.resolutions);
     run.bench.edit_terrains(|node| node.resolutions = RESOLUTIONS);
@@ -28,7 +26,7 @@ pub(super) fn measure(run: &mut Run<'_>, plan: &Plan) -> Result<(), CostError> {
         run.begin(&format!("published view: {}", eye.name));
         for culling in [true, false] {
             for instanced in [true, false] {
-                let mut row = row(&mut run.bench, std::slice::from_ref(eye), culling, instanced, REPEATS)?;
+                let mut row = row(&mut run.bench, std::slice::from_ref(eye), culling, instanced, plan.repeats)?;
                 row.name = format!("{}, {}", eye.name, row.name);
                 run.report.published.get_or_insert_default().views.push(row);
             }
