@@ -117,21 +117,14 @@ impl Fan {
     /// The triangle that a point of the patch lies in. On a border any of the triangles there, never one without area.
     #[must_use]
     pub fn side_at(&self, u: f64, v: f64) -> Side {
-        self.side_with(&Side::ALL.map(|side| 1.0 / self.area(side)), u, v)
-    }
-
-    /// [`Fan::side_at`], given 1 / area of all triangles.
-    fn side_with(&self, inverse_areas: &[f64; 4], u: f64, v: f64) -> Side {
         let p = DVec3::new(u, v, 0.0);
         let mut best = (f64::NEG_INFINITY, Side::North);
-        for (side, inverse) in Side::ALL.into_iter().zip(inverse_areas) {
-            if !inverse.is_finite() {
-                continue;
-            }
-            // Least of the barycentric coordinates: the triangle in which the point lies deepest.
+        for side in Side::ALL {
             let [a, b, c] = self.triangle(side);
-            let depth = smaller(smaller(cross(b, c, p), cross(c, a, p)), cross(a, b, p)) * inverse;
-            if depth > best.0 {
+            // Twice the areas that the point spans with the sides: it lies in the triangle if none is negative. All triangles are
+            // turned the same way, and their corners are whole numbers: none without area looks as if it had one.
+            let depth = smaller(smaller(cross(b, c, p), cross(c, a, p)), cross(a, b, p));
+            if depth > best.0 && cross(a, b, c) != 0.0 {
                 best = (depth, side);
             }
         }
@@ -699,45 +692,51 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
     #[inline(never)]
     fn clamped_fan(&mut self, patch: PatchId, node: &FanNode, [near, far]: [f64; 2]) -> bool {
         let fan = Fan::with_heights(self.surface.tree, patch, node.heights);
-        let d = self.ray.direction;
-        // Spokes that the ray's line crosses: each corner and the centre lie on one side of the line.
-        let side_of = |p: DVec3| d.x * (p.y - self.ray.origin.y) - d.y * (p.x - self.ray.origin.x);
-        let passes = |p: DVec3| {
-            let t =
-                if d.x.abs() >= d.y.abs() { (p.x - self.ray.origin.x) / d.x } else { (p.y - self.ray.origin.y) / d.y };
-            if t > near && t < far { t } else { far }
-        };
+        let ray = self.ray;
+        let (o, d) = (ray.origin, ray.direction);
+        // Each corner and the centre lie on one side of the ray's line, or on it: so it is known which spokes it crosses.
+        let side_of = |p: DVec3| d.x * (p.y - o.y) - d.y * (p.x - o.x);
         let center = side_of(fan.center);
-        // Along the border of the map, triangles may meet in the centre alone, without a spoke that is crossed.
-        let mut cuts = [passes(fan.center); 5];
-        for (cut, corner) in cuts.iter_mut().zip(fan.corners) {
+        // Where it crosses one, and f there. The centre may be the only place where two triangles along the border meet.
+        let mut cuts = [(far, 0.0); 5];
+        let mut count = 0;
+        let spokes = fan.corners.into_iter().filter_map(|corner| {
             let s = side_of(corner);
-            if (s < 0.0) != (center < 0.0) {
-                *cut = passes(corner + (fan.center - corner) * (s / (s - center)));
+            ((s < 0.0) != (center < 0.0)).then(|| corner + (fan.center - corner) * (s / (s - center)))
+        });
+        for p in spokes.chain((center == 0.0).then_some(fan.center)) {
+            let t = if d.x.abs() >= d.y.abs() { (p.x - o.x) / d.x } else { (p.y - o.y) / d.y };
+            if let Some(cut) = cuts.get_mut(count)
+                && t > near
+                && t < far
+            {
+                *cut = (t, o.z + d.z * t - p.z);
+                count += 1;
             }
         }
-        cuts.sort_unstable_by(f64::total_cmp);
-        let ray = self.ray;
-        let inverse_areas = Side::ALL.map(|side| 1.0 / fan.area(side));
+        cuts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let facet = |t: f64| {
             let p = ray.at(t);
-            fan.facet(fan.side_with(&inverse_areas, p.x, p.y))
+            fan.facet(fan.side_at(p.x, p.y))
         };
-        // f at the end of a piece.
-        let end = |from: f64, to: f64, t: f64| {
+        // f at the end of a piece that has another end.
+        let end = |t: f64, other: f64| {
             let p = ray.at(t);
-            (t, p.z - facet(0.5 * (from + to)).height(p.x, p.y))
+            (t, p.z - facet(0.5 * (t + other)).height(p.x, p.y))
         };
-        let mut last = end(near, cuts[0], near);
+        let last = cuts.get(count.wrapping_sub(1)).map_or(near, |cut| cut.0);
+        let (first, last) = (end(near, cuts[0].0), end(far, last));
+        // Behind the spokes that are crossed, the end as often as there is room.
         let mut ends = [last; 7];
-        let mut from = near;
-        for (place, to) in ends.iter_mut().skip(1).zip(cuts.into_iter().chain([far])) {
-            // Most of the spokes are not crossed, their cuts are all at the end.
-            if to > from {
-                last = end(from, to, to);
-            }
-            *place = last;
-            from = to;
+        ends[0] = first;
+        for (place, cut) in ends.iter_mut().skip(1).zip(cuts).take(count) {
+            *place = cut;
+        }
+        let sign = f64::from(self.sign);
+        if ends.iter().all(|&(_, f)| f * sign > 0.0) {
+            self.zero_since = None;
+            self.last = Some(patch);
+            return true;
         }
         self.follow(patch, &ends, facet)
     }
