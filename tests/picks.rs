@@ -132,3 +132,50 @@ fn picks_in_a_large_scene_do_not_depend_on_what_was_asked_before() {
         }
     }
 }
+
+/// What a picker keeps of one terrain is not taken for another's, nor what was worked out for files that have been forgotten for
+/// those that replace them; whoever else picks with it at the same time.
+#[test]
+fn a_picker_keeps_what_it_looked_up_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = |name: &str, height: u8| {
+        let file = folder.path().join(name);
+        image::GrayImage::from_pixel(5, 5, image::Luma([height])).save(&file).unwrap();
+        file.to_string_lossy().replace('\\', "/")
+    };
+    let (low, high) = (map("low.png", 51), map("high.png", 102));
+    // Three unit squares side by side; the first and the last have one map.
+    let square = |file: &str, x: f64| {
+        format!(
+            "Translation(translation: ({x}, 0.0, 0.0)), Texture2(filename: \"{file}\"), SeamlessTerrain(max_height: 1.0)"
+        )
+    };
+    let scene = scene_of(&[square(&low, 0.0), square(&high, 1.0), square(&low, 1.0)].join(", "));
+    let down: Vec<Ray> =
+        (0..300).map(|i| Ray::new(DVec3::new(0.3 + f64::from(i % 3), 0.4, 9.0), DVec3::NEG_Z).unwrap()).collect();
+    for surface in [Surface::Coarse, Surface::Drawn, Surface::Exact] {
+        let picker = RayPickAction { surface, ..RayPickAction::ray(down[0]) }.picker(&scene).unwrap();
+        let one = |ray: &Ray| picker.pick(ray, false).unwrap()[0].point.z;
+        let expected = |i: usize| if i % 3 == 1 { 0.4 } else { 0.2 };
+        std::thread::scope(|scope| {
+            for _ in 0..3 {
+                scope.spawn(|| {
+                    for (i, ray) in down.iter().enumerate() {
+                        assert!((one(ray) - expected(i)).abs() < 1e-6, "{surface:?} {i}");
+                    }
+                });
+            }
+            let many = picker.pick_many(&down, false).unwrap();
+            assert!(
+                many.iter().enumerate().all(|(i, hits)| (hits[0].point.z - expected(i)).abs() < 1e-6),
+                "{surface:?}"
+            );
+        });
+        // The second map is another now.
+        map("high.png", 77);
+        scene.resources().forget();
+        assert!((one(&down[1]) - 77.0 / 255.0).abs() < 1e-6, "{surface:?}: {}", one(&down[1]));
+        map("high.png", 102);
+        scene.resources().forget();
+    }
+}

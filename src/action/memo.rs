@@ -7,6 +7,7 @@ use std::ops::Deref;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::ShapeError;
+use crate::node::ShapeHit;
 use crate::scene::{Path, Scene};
 
 /// What shapes have worked out for one ray and can use for the next: all that they would have to look up behind locks that the
@@ -17,6 +18,8 @@ pub(crate) struct Memo {
     version: u64,
     /// By the address of the place's path.
     known: RefCell<HashMap<usize, Arc<dyn Any + Send + Sync>>>,
+    /// Room for the hits of one shape.
+    pub(super) hits: RefCell<Vec<ShapeHit>>,
 }
 
 impl std::fmt::Debug for Memo {

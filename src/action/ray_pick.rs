@@ -339,15 +339,16 @@ impl Picker<'_> {
         memo: &Memo,
     ) -> Result<Vec<PickedPoint>, ActionError> {
         ray.check()?;
-        let (far, local, found) = ([ray.far; 2], Vec::new(), Vec::new());
-        let memo = Some(memo);
-        let mut pick = Pick { picker: self, ray: *ray, unit: ray.unit(), cone, far, all, wanted, memo, local, found };
+        let (far, local, found) = ([ray.far; 2], memo.hits.take(), Vec::new());
+        let (unit, known) = (ray.unit(), Some(memo));
+        let mut pick = Pick { picker: self, ray: *ray, unit, cone, far, all, wanted, memo: known, local, found };
         if !pick.indexed()? {
             // Only the index keeps the paths of places where they are.
             pick.memo = None;
             walk(self.scene, Branches::Seen(self.viewpoint.as_ref()), &mut pick)?;
         }
-        let mut found = pick.found;
+        let Pick { local, mut found, .. } = pick;
+        memo.hits.replace(local);
         found.sort_by(order);
         if !all {
             found.truncate(1);

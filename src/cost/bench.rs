@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use glam::{DAffine3, DVec3};
 
-use super::CostError;
 use super::report::{Eye, Figure, FrameTimes};
+use super::{CostError, Options};
 use crate::action::walk::{Go, Visitor, walk};
 use crate::action::{
     ActionError, Branches, Cameras, Frame, RenderAction, ShapeContext, State, Statistics, View, Viewpoint,
@@ -30,6 +30,8 @@ pub(super) struct Bench {
     camera: NodeKey,
     offset: NodeKey,
     view: View,
+    /// For how long the drawing of one picture is repeated.
+    patience: Duration,
     /// Most bytes on the device so far, of frames that every run draws.
     pub(super) device_bytes: u64,
 }
@@ -52,8 +54,8 @@ pub(super) struct Shot {
     pub(super) times: FrameTimes,
 }
 
-/// Drawing is repeated until so much time has passed, but not more often than this.
-const REPEAT: (Duration, usize) = (Duration::from_millis(500), 5);
+/// Drawing is repeated until [`Bench::patience`] has passed, but not more often than this.
+const REPEATS: usize = 5;
 
 /// How often detail is chosen for a picture.
 const SELECTIONS: u32 = 5;
@@ -61,7 +63,7 @@ const SELECTIONS: u32 = 5;
 pub(super) const NO_TIMESTAMPS: &str = "the adapter has no timestamp queries, or its clock jumped";
 
 impl Bench {
-    pub(super) fn new(mut scene: Scene, adapter: Option<&str>, size: [u32; 2]) -> Result<Self, CostError> {
+    pub(super) fn new(mut scene: Scene, options: &Options, patience: Duration) -> Result<Self, CostError> {
         let found = occurrences(&scene)?;
         // Our camera comes first, so it takes the pictures; what is offset moves with it.
         let old = scene.root();
@@ -84,8 +86,9 @@ impl Bench {
                 node.culling = true;
             }
         }
-        let headless = Headless::new(adapter)?;
-        Ok(Self { scene, headless, size, main, terrains, camera, offset, view: View::default(), device_bytes: 0 })
+        let headless = Headless::new(options.adapter.as_deref())?;
+        let (size, view) = (options.size, View::default());
+        Ok(Self { scene, headless, size, main, terrains, camera, offset, view, patience, device_bytes: 0 })
     }
 
     /// Moves scene and camera by this, along x and y.
@@ -157,7 +160,7 @@ impl Bench {
         let (picture, statistics) = self.draw()?;
         self.device_bytes = self.device_bytes.max(picture.report.gpu_bytes);
         let (mut encodings, mut gpus) = (vec![ms(picture.report.encode)], vec![picture.report.gpu.map(ms)]);
-        while encodings.len() < REPEAT.1 && start.elapsed() < REPEAT.0 {
+        while encodings.len() < REPEATS && start.elapsed() < self.patience {
             let report = self.draw()?.0.report;
             encodings.push(ms(report.encode));
             gpus.push(report.gpu.map(ms));

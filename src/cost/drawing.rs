@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::bench::{Bench, gpu_figure, ms};
-use super::flip::{PIXELS_PER_DEGREE, flip};
+use super::flip::{PIXELS_PER_DEGREE, Reference};
 use super::report::{
     Drawing, DrawingFigures, DrawingRow, Figure, FlightFigures, FlightRow, FlightTimes, Memory, MemoryRow, detail_name,
 };
@@ -44,7 +44,11 @@ pub(super) fn measure(run: &mut Run<'_>, plan: &Plan) -> Result<(), CostError> {
             run.bench.set_detail(detail);
             let shot = run.bench.shoot(eye)?;
             let error = run.bench.error()?;
-            let full = full.get_or_insert_with(|| shot.picture.rgba.clone());
+            let (full, reference) = full.get_or_insert_with(|| {
+                let rgba = shot.picture.rgba.clone();
+                let reference = Reference::new(&rgba, run.bench.size, PIXELS_PER_DEGREE);
+                (rgba, reference)
+            });
             let figures = DrawingFigures {
                 triangles: shot.statistics.triangles,
                 patches: shot.statistics.patches_rendered,
@@ -54,7 +58,7 @@ pub(super) fn measure(run: &mut Run<'_>, plan: &Plan) -> Result<(), CostError> {
                 rms_error_px: error.rms,
                 psnr_db: psnr(full, &shot.picture.rgba),
                 flip: Figure::new(
-                    flip(full, &shot.picture.rgba, run.bench.size, PIXELS_PER_DEGREE),
+                    reference.as_ref().and_then(|reference| reference.flip(&shot.picture.rgba)),
                     "the pictures are not of one size",
                 ),
             };

@@ -79,11 +79,12 @@ const MORPH: &str = "heights that blend between levels";
 pub(super) const STEPS: usize = EFFECTS.len() + 1;
 
 pub(super) fn measure(run: &mut Run<'_>, plan: &Plan, options: &Options) -> Result<(), CostError> {
-    run.report.effects = Some(EffectsCost::default());
+    let tolerance_px = plan.effects_tolerance;
+    run.report.effects = Some(EffectsCost { tolerance_px, rows: Vec::new() });
     if let Some(eye) = run.bench.main.eyes(run.bench.size).into_iter().find(|eye| eye.name == "corner") {
         run.bench.look(&eye, 0);
     }
-    run.bench.set_detail(DetailMode::PixelError(1.0));
+    run.bench.set_detail(DetailMode::PixelError(tolerance_px));
     let mut morphs = Vec::new();
     run.bench.edit_terrains(|node| morphs.push(std::mem::replace(&mut node.morph, false)));
     let base = bare(run.bench.frame()?.clone());

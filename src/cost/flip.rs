@@ -31,27 +31,62 @@ pub const PIXELS_PER_DEGREE: f64 = 3840.0 * PI / 180.0;
 /// ```
 #[must_use]
 pub fn flip(reference: &[u8], test: &[u8], size: [u32; 2], pixels_per_degree: f64) -> Option<f64> {
-    let [width, height] = size.map(|n| n as usize);
-    let bytes = width.checked_mul(height)?.checked_mul(4)?;
-    if reference.len() != bytes || test.len() != bytes || bytes == 0 {
-        return None;
+    Reference::new(reference, size, pixels_per_degree)?.flip(test)
+}
+
+/// A picture that others are held against: [`flip`] with it for many, half the work of which is the same.
+///
+/// ```
+/// use seamount::cost::flip::{PIXELS_PER_DEGREE, Reference};
+///
+/// let reference = Reference::new(&[0; 4 * 64], [8, 8], PIXELS_PER_DEGREE).expect("of this size");
+/// assert_eq!(reference.flip(&[0; 4 * 64]), Some(0.0));
+/// assert_eq!(reference.flip(&[0; 4 * 63]), None);
+/// ```
+#[derive(Debug, Clone)]
+pub struct Reference {
+    seen: Seen,
+    size: [usize; 2],
+    pixels_per_degree: f64,
+}
+
+impl Reference {
+    /// A picture of sRGB pixels, four bytes each, row by row. `None` if it is not of this size.
+    #[must_use]
+    pub fn new(rgba: &[u8], size: [u32; 2], pixels_per_degree: f64) -> Option<Self> {
+        let [width, height] = size.map(|n| n as usize);
+        let bytes = width.checked_mul(height)?.checked_mul(4)?;
+        (rgba.len() == bytes && bytes > 0).then(|| Self {
+            seen: Seen::new(rgba, width, pixels_per_degree),
+            size: [width, height],
+            pixels_per_degree,
+        })
     }
-    let (reference, test) = (Seen::new(reference, width, pixels_per_degree), Seen::new(test, width, pixels_per_degree));
-    let most = hyab(hunt_lab(DVec3::Y), hunt_lab(DVec3::Z)).powf(COLOR_EXPONENT);
-    let row = |y: usize| -> f64 {
-        (y * width..(y + 1) * width)
-            .map(|i| {
-                let color = hyab(reference.colors[i], test.colors[i]).powf(COLOR_EXPONENT);
-                let color = redistributed(color, most);
-                let feature = |k: usize| (reference.features[k][i] - test.features[k][i]).abs();
-                let feature = (feature(0).max(feature(1)) / 2f64.sqrt()).sqrt();
-                color.powf(1.0 - feature)
-            })
-            .sum()
-    };
-    // Row sums in their order, so that the mean has the same bits however the rows were shared out.
-    let rows: Vec<f64> = (0..height).into_par_iter().map(row).collect();
-    Some(rows.iter().sum::<f64>() / (width * height) as f64)
+
+    /// Mean ꟻLIP of another picture against this one; `None` if it is not of the same size.
+    #[must_use]
+    pub fn flip(&self, test: &[u8]) -> Option<f64> {
+        let [width, height] = self.size;
+        if test.len() != 4 * width * height {
+            return None;
+        }
+        let (reference, test) = (&self.seen, Seen::new(test, width, self.pixels_per_degree));
+        let most = hyab(hunt_lab(DVec3::Y), hunt_lab(DVec3::Z)).powf(COLOR_EXPONENT);
+        let row = |y: usize| -> f64 {
+            (y * width..(y + 1) * width)
+                .map(|i| {
+                    let color = hyab(reference.colors[i], test.colors[i]).powf(COLOR_EXPONENT);
+                    let color = redistributed(color, most);
+                    let feature = |k: usize| (reference.features[k][i] - test.features[k][i]).abs();
+                    let feature = (feature(0).max(feature(1)) / 2f64.sqrt()).sqrt();
+                    color.powf(1.0 - feature)
+                })
+                .sum()
+        };
+        // Row sums in their order, so that the mean has the same bits however the rows were shared out.
+        let rows: Vec<f64> = (0..height).into_par_iter().map(row).collect();
+        Some(rows.iter().sum::<f64>() / (width * height) as f64)
+    }
 }
 
 const COLOR_EXPONENT: f64 = 0.7;
@@ -67,6 +102,7 @@ fn redistributed(difference: f64, most: f64) -> f64 {
 }
 
 /// A picture as the eye sees it.
+#[derive(Debug, Clone)]
 struct Seen {
     /// Filtered colours in CIELAB, with the Hunt effect.
     colors: Vec<DVec3>,
@@ -76,6 +112,8 @@ struct Seen {
 
 impl Seen {
     fn new(rgba: &[u8], width: usize, pixels_per_degree: f64) -> Self {
+        let linear: Vec<f64> = (0..=255).map(linear).collect();
+        let linear = |byte: u8| linear[usize::from(byte)];
         let opponent: Vec<DVec3> = rgba
             .par_chunks_exact(4)
             .map(|p| opponent_from_linear(DVec3::new(linear(p[0]), linear(p[1]), linear(p[2]))))
@@ -157,9 +195,13 @@ fn convolved(plane: &[f64], width: usize, across: &[f64], down: &[f64]) -> Vec<f
     let at = |i: usize, k: usize, reach: usize, last: usize| (i + k).saturating_sub(reach).min(last);
     let mut rows = vec![0.0; plane.len()];
     rows.par_chunks_mut(width).zip(plane.par_chunks(width)).for_each(|(out, row)| {
-        for (x, out) in out.iter_mut().enumerate() {
-            let taps = across.iter().enumerate();
-            *out = taps.map(|(k, weight)| weight * row[at(x, k, across.len() / 2, width - 1)]).sum();
+        // Written out at both ends, so that the loop over it has no border.
+        let reach = across.len() / 2;
+        let row: Vec<f64> = (0..width + 2 * reach).map(|x| row[at(x, 0, reach, width - 1)]).collect();
+        for (weight, row) in across.iter().zip(row.windows(width)) {
+            for (out, value) in out.iter_mut().zip(row) {
+                *out += weight * value;
+            }
         }
     });
     let mut found = vec![0.0; plane.len()];

@@ -18,6 +18,7 @@ mod report;
 mod write;
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use thiserror::Error;
 
@@ -137,7 +138,7 @@ pub fn run(scene: Scene, options: &Options, watcher: &mut dyn Watcher) -> Result
     let plan = Plan::new(options.quick);
     let steps = 1 + plan.steps();
     watcher.begin(0, steps, "decoding the maps and starting the graphics adapter");
-    let bench = Bench::new(scene, options.adapter.as_deref(), options.size)?;
+    let bench = Bench::new(scene, options, plan.patience)?;
     let report = Report {
         schema: SCHEMA_VERSION,
         complete: false,
@@ -174,8 +175,12 @@ struct Plan {
     crack_eyes: u32,
     /// Rays of each class, rounded down to a square.
     rays: u32,
+    /// τ of the frame that effects are added to.
+    effects_tolerance: f64,
     /// How often a frame is drawn again for the time that an effect, or a published way of drawing, takes.
     repeats: usize,
+    /// For how long the other frames are drawn again.
+    patience: Duration,
 }
 
 impl Plan {
@@ -185,10 +190,12 @@ impl Plan {
                 tolerances: vec![1.0, 4.0, 16.0],
                 precisions: vec![1.0, 4.0],
                 whole_mesh: false,
-                flight_steps: 20,
+                flight_steps: 10,
                 crack_eyes: 20,
                 rays: 2_500,
+                effects_tolerance: 4.0,
                 repeats: 1,
+                patience: Duration::from_millis(200),
             }
         } else {
             Self {
@@ -198,7 +205,9 @@ impl Plan {
                 flight_steps: 200,
                 crack_eyes: 300,
                 rays: 40_000,
+                effects_tolerance: 1.0,
                 repeats: 3,
+                patience: Duration::from_millis(500),
             }
         }
     }

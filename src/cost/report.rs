@@ -412,6 +412,8 @@ pub struct PickingTimes {
 /// Section 3: what effects cost.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct EffectsCost {
+    /// τ of the frame that they are added to, pixels.
+    pub tolerance_px: f64,
     /// Each effect by itself, then all that go together.
     pub rows: Vec<EffectRow>,
 }

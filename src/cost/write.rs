@@ -438,11 +438,12 @@ fn picking_blocks(picking: &Picking, blocks: &mut Vec<Block>) {
 
 fn effects_blocks(effects: &EffectsCost, blocks: &mut Vec<Block>) {
     blocks.push(heading(2, "3. Effects"));
-    blocks.push(text(
-        "The picture from the corner at τ = 1 px with each effect by itself, on a device that has drawn nothing else. What a \
+    blocks.push(text(format!(
+        "The picture from the corner at τ = {} px with each effect by itself, on a device that has drawn nothing else. What a \
          scene does not call for is not in the shader, in the bindings or in memory. Effects that no shape of the scene can have are left \
          out.",
-    ));
+        effects.tolerance_px
+    )));
     let rows = effects.rows.iter().map(|row| {
         vec![
             row.name.clone(),
