@@ -357,10 +357,11 @@ fn drawing_blocks(drawing: &Drawing, blocks: &mut Vec<Block>) {
     }
 }
 
-/// What one pixel of error saves, by eye.
+/// What one pixel of error saves, by eye and over all.
 fn summary(drawing: &Drawing, blocks: &mut Vec<Block>) {
     let one = DetailMode::PixelError(1.0);
-    let mut rows = Vec::new();
+    let (mut rows, mut ratios) = (Vec::new(), [Vec::new(), Vec::new()]);
+    let times = |ratio: Option<f64>| ratio.map_or_else(|| "not measured".to_owned(), |r| format!("{} ×", number(r)));
     for eye in &drawing.eyes {
         let of = |detail: DetailMode, culling: bool| {
             let found = |row: &&DrawingRow| row.eye == eye.name && row.detail == detail && row.culling == culling;
@@ -370,17 +371,22 @@ fn summary(drawing: &Drawing, blocks: &mut Vec<Block>) {
         let (Some(frame), Some(culled)) = (one.times.frame_ms(), full.times.frame_ms()) else { continue };
         let whole = of(DetailMode::Full, false).and_then(|row| row.times.frame_ms());
         let ours = one.times.selection_ms + one.times.encoding_ms;
+        let faster = [Some(culled / frame), whole.map(|whole| whole / frame)];
+        ratios.iter_mut().zip(faster).for_each(|(ratios, faster)| ratios.push(faster));
         rows.push(vec![
             eye.name.clone(),
             number(one.figures.max_error_px),
             format!("{} × fewer", number(full.figures.triangles as f64 / one.figures.triangles.max(1) as f64)),
             format!("{} ms, not {} ms", number(frame), number(culled)),
-            format!("{} ×", number(culled / frame)),
-            whole.map_or_else(|| "not measured".to_owned(), |whole| format!("{} ×", number(whole / frame))),
+            times(faster[0]),
+            times(faster[1]),
             format!("{} %", number(100.0 * ours / frame)),
         ]);
     }
     if !rows.is_empty() {
+        let none = String::new;
+        let [culled, whole] = ratios.map(|ratios| times(geometric_mean(ratios)));
+        rows.push(vec!["geometric mean".to_owned(), none(), none(), none(), culled, whole, none()]);
         blocks.push(text(format!("At {} instead of the full mesh:", detail_name(one))));
         blocks.push(table(
             &[
@@ -395,6 +401,13 @@ fn summary(drawing: &Drawing, blocks: &mut Vec<Block>) {
             rows,
         ));
     }
+}
+
+/// The mean of ratios, if all are known.
+fn geometric_mean(ratios: Vec<Option<f64>>) -> Option<f64> {
+    let count = ratios.len() as f64;
+    let logs: Option<f64> = ratios.into_iter().map(|ratio| ratio.map(f64::ln)).sum();
+    logs.map(|logs| (logs / count).exp())
 }
 
 fn picking_blocks(picking: &Picking, blocks: &mut Vec<Block>) {

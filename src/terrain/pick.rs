@@ -591,7 +591,8 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
                     return false;
                 }
                 (t, z) = (leave, z_leave);
-                // Which of the two lines comes first is a coin toss: both ways are worked out rather than guessed at.
+                // Which of the two lines comes first is left to the compiler to guess or to work out: made to wait for it, the walk
+                // was 3 to 12 % slower.
                 let along_u = leave_u <= leave_v;
                 let (next_column, next_row) = if along_u { (u.next(column), row) } else { (column, v.next(row)) };
                 let crossed = ((next_column ^ column) | (next_row ^ row)) >> bits;
