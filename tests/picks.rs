@@ -179,3 +179,21 @@ fn a_picker_keeps_what_it_looked_up_apart() {
         scene.resources().forget();
     }
 }
+
+/// Of many rays the first that is none is told, whichever thread comes to it first.
+#[test]
+fn the_first_bad_ray_of_many_is_told() {
+    let scene = scene_of("Cube()");
+    let mut rays = vec![down(); 2000];
+    rays[1900].direction = DVec3::ZERO;
+    rays[700].origin = DVec3::NAN;
+    let picker = RayPickAction::ray(down()).picker(&scene).unwrap();
+    let told = |rays: &[Ray]| picker.pick_many(rays, false).unwrap_err().to_string();
+    let [early, late] = [700, 1900].map(|i: usize| picker.pick(&rays[i], false).unwrap_err().to_string());
+    assert_ne!(early, late);
+    for _ in 0..20 {
+        assert_eq!(told(&rays), early);
+    }
+    rays[700] = down();
+    assert_eq!(told(&rays), late);
+}

@@ -2,12 +2,12 @@
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 use std::cmp::Ordering;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::{DAffine3, DVec2, DVec3};
 
 use super::camera::unit;
-use super::memo::{Memo, Memos};
+use super::memo::{Lent, Memo, Memos};
 use super::walk::{Go, Visitor, walk};
 use super::{
     Aabb, ActionError, ActionKind, Branches, Cameras, Index, Lens, PickCone, PixelArea, Ray, ShapeContext, State, View,
@@ -300,15 +300,29 @@ impl Picker<'_> {
     ///
     /// # Errors
     ///
-    /// The first error, if a ray is none or a shape can not be had.
+    /// That of the first ray which has one: it is none, or a shape can not be had.
     pub fn pick_many(&self, rays: &[Ray], all: bool) -> Result<Vec<Vec<PickedPoint>>, ActionError> {
         use rayon::prelude::*;
+        // Answers are written where they stay, which a collection that ends with the first error would not do: its pieces were put
+        // together by one thread.
+        let failed = Mutex::new(None::<(usize, ActionError)>);
+        let fail = |i: usize, error| {
+            let mut failed = failed.lock().unwrap_or_else(PoisonError::into_inner);
+            if failed.as_ref().is_none_or(|&(first, _)| i < first) {
+                *failed = Some((i, error));
+            }
+            Vec::new()
+        };
         // A pick takes about a microsecond; smaller pieces of work would cost more to hand out.
         let memo = || self.memos.lend(self.scene);
-        rays.par_iter()
-            .with_min_len(64)
-            .map_init(memo, |memo, ray| self.pick_with(ray, None, all, |_| true, memo))
-            .collect()
+        let pick = |memo: &mut Lent<'_>, (i, ray)| {
+            self.pick_with(ray, None, all, |_| true, memo).unwrap_or_else(|error| fail(i, error))
+        };
+        let found = rays.par_iter().enumerate().with_min_len(64).map_init(memo, pick).collect();
+        match failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some((_, error)) => Err(error),
+            None => Ok(found),
+        }
     }
 
     /// What the ray meets, nearest first: the first, or all.
