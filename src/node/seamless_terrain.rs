@@ -542,7 +542,8 @@ impl Placed {
     }
 
     fn coarse_hit(&self, hit: &TerrainHit) -> ShapeHit {
-        let fan = Fan::new(self.terrain.field(), self.tree.hierarchy(), hit.patch);
+        // Weights are a matter of places: no heights are fetched from all over the map for them.
+        let fan = Fan::flat(self.tree.hierarchy(), hit.patch);
         let detail = TerrainDetail {
             surface: Surface::Coarse,
             patch: hit.patch,

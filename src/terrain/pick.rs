@@ -80,6 +80,12 @@ impl Fan {
         Self { corners: [nw, ne, se, sw], center }
     }
 
+    /// The fan of a patch as it is seen from above: all heights 0.
+    #[must_use]
+    pub(crate) fn flat(tree: &Hierarchy, patch: PatchId) -> Self {
+        Self::with_heights(tree, patch, [0.0; 5])
+    }
+
     /// The fan of a patch, from its heights in the order of [`Fan::places`].
     fn with_heights(tree: &Hierarchy, patch: PatchId, heights: [f32; 5]) -> Self {
         let mut heights = heights.into_iter();
