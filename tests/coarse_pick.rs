@@ -182,6 +182,42 @@ fn hits_carry_a_true_bound() {
 
 /// Where the map's border cuts a patch, its centre may lie on the border. A ray along the border meets the triangles on both
 /// sides of the centre there, without crossing a spoke: the one in the middle of the ray was taken for all of it.
+/// A ray within the plane of the ground, but for rounding, meets it where it meets it first: with the patch, triangle and bound of
+/// that place, not of the one where rounding takes it to the other side.
+#[test]
+fn a_ray_in_the_plane_of_the_ground_is_told_where_it_meets_it() {
+    let mut rng = Rng(41);
+    let mut found = 0;
+    // A plane, and one that is folded; whole patches, and such that the border cuts.
+    for (size, fold) in [([33, 33], 33), ([50, 35], 25), ([70, 41], 31)] {
+        let [columns, rows]: [u32; 2] = size;
+        let height = |c: u32, r: u32| (if c < fold { 5 * c } else { 5 * fold + 2 * (c - fold) } + r + 7) as u16;
+        let samples = (0..rows).flat_map(|r| (0..columns).map(move |c| height(c, r))).collect();
+        let field = HeightField::from_u16(columns, rows, samples, Voids::default()).unwrap();
+        let scene = Scene::new(field, Resolutions::new(8, 2).unwrap(), None);
+        for _ in 0..20_000 {
+            let mut point = || {
+                let [c, r] = [columns, rows].map(|n| rng.below(n));
+                DVec3::new(c.into(), r.into(), scene.field.raw(c, r))
+            };
+            let (a, b) = (point(), point());
+            let direction = b - a;
+            let origin = a - direction * f64::from(rng.below(99));
+            let tilt = DVec3::Z * 1e-13 * (f64::from(rng.below(3)) - 1.0);
+            let ray = LatticeRay { origin, direction: direction + tilt, near: 0.0, far: f64::INFINITY };
+            for hit in scene.hits(&ray) {
+                found += 1;
+                let fan = Fan::new(&scene.field, &scene.tree, hit.patch);
+                let weights = fan.barycentric(hit.triangle, hit.point.x, hit.point.y);
+                assert!(weights.iter().all(|w| (-1e-9..=1.0 + 1e-9).contains(w)), "{weights:?}: {hit:?} of {ray:?}");
+                let ground = scene.field.surface(hit.point.x, hit.point.y).unwrap();
+                assert!((hit.point.z - ground).abs() <= hit.error + 1e-9, "{ground}: {hit:?} of {ray:?}");
+            }
+        }
+    }
+    assert!(found > 10_000, "{found}");
+}
+
 #[test]
 fn along_the_border_the_triangle_changes_at_a_centre_that_is_clamped_to_it() {
     let mut rng = Rng(4);

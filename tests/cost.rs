@@ -227,6 +227,36 @@ fn picks_are_as_exact_as_their_surface_and_none_is_lost() {
     assert!(far.figures.f32_pick_error > 256.0, "{far:?}");
 }
 
+/// Neither the ground of another terrain nor a way through a hole is an error of the surface.
+#[test]
+fn exact_picks_have_no_error_beside_others_and_over_holes() {
+    let mut scene = Scene::new();
+    let root = scene.root();
+    let map = |hole: bool| {
+        let height = |i: usize| (1 + i * 7919 % 20_000) as u16;
+        let sample =
+            |i: usize| if hole && (5..12).contains(&(i / 33)) && (8..20).contains(&(i % 33)) { 0 } else { height(i) };
+        Texture2::from_image(Image::new(33, 33, Pixels::Gray16((0..33 * 33).map(sample).collect())).unwrap())
+    };
+    let terrain = SeamlessTerrain {
+        scale: 32.0,
+        void_sample: Some(0.0),
+        voids: seamount::node::VoidMode::Hole,
+        ..SeamlessTerrain::default()
+    };
+    scene.add(root, map(true)).unwrap();
+    scene.add(root, terrain.clone()).unwrap();
+    scene.add(root, Translation { translation: DVec3::new(5.0, 7.0, 0.3) }).unwrap();
+    scene.add(root, map(false)).unwrap();
+    scene.add(root, terrain).unwrap();
+    let report = report(scene);
+    for row in &report.picking.as_ref().unwrap().rows {
+        assert!(row.surface != "exact" || row.figures.max_vertical < 1e-9, "{row:?}");
+        assert!(row.surface != "exact" || row.figures.lost == 0, "{row:?}");
+    }
+    assert!(!cost::markdown(&report).contains("NaN"));
+}
+
 #[test]
 fn effects_that_are_not_asked_for_cost_nothing() {
     let rows = &SPIKE_REPORT.effects.as_ref().unwrap().rows;

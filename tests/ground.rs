@@ -92,6 +92,21 @@ fn the_topmost_terrain_counts() {
     assert_eq!(Scene::new().height_at(0.0, 0.0).unwrap(), None);
 }
 
+/// What is picked before all others need not be above them.
+#[test]
+fn the_topmost_terrain_counts_whichever_is_picked_first() {
+    let mut scene = Scene::new();
+    let root = scene.root();
+    let plain = |z: u16| Texture2::from_image(Image::new(3, 3, Pixels::Gray16(vec![z; 9])).unwrap());
+    let terrain = SeamlessTerrain { scale: 2.0, max_height: 65_535.0, ..SeamlessTerrain::default() };
+    scene.add(root, plain(50)).unwrap();
+    scene.add(root, terrain.clone()).unwrap();
+    scene.add(root, PickStyle { style: PickStyleKind::ShapeOnTop }).unwrap();
+    scene.add(root, plain(20)).unwrap();
+    scene.add(root, terrain).unwrap();
+    assert_eq!(scene.height_at(1.0, 1.0).unwrap().unwrap().height, 50.0);
+}
+
 /// Lines between points above the ground, against the height above ground at many points of the line, in the frame of the
 /// map: where the line is clearly above everywhere it is free, where it is clearly below somewhere it is not, and the
 /// obstacle is where it goes below first.

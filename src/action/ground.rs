@@ -100,9 +100,14 @@ impl Picker<'_> {
         // From above everything: by the height of it all, so that rounding at the top does not matter.
         let top = bounds.max.z + (bounds.max.z - bounds.min.z) + bounds.max.z.abs().max(1.0);
         let down = Ray::new(DVec3::new(x, y, top), DVec3::NEG_Z)?;
-        let Some(picked) = self.pick_of(&down, false, is_terrain)?.pop() else {
+        let Some(mut picked) = self.pick_of(&down, false, is_terrain)?.pop() else {
             return Ok(None);
         };
+        if picked.on_top {
+            // Before all others, but perhaps not above them.
+            let all = self.pick_of(&down, true, is_terrain)?;
+            picked = all.into_iter().min_by(|a, b| a.distance.total_cmp(&b.distance)).unwrap_or(picked);
+        }
         let gradient = -picked.normal.truncate() / picked.normal.z;
         Ok(Some(GroundPoint { height: picked.point.z, gradient, picked }))
     }

@@ -59,13 +59,16 @@ impl Ray {
     ///
     /// assert!(Ray::new(DVec3::ZERO, DVec3::NEG_Z).is_ok());
     /// assert_eq!(Ray::new(DVec3::ZERO, DVec3::ZERO), Err(RayError::NoDirection));
+    /// assert_eq!(Ray::new(DVec3::ZERO, DVec3::NEG_Z * 1e-320), Ray::new(DVec3::ZERO, DVec3::NEG_Z));
     /// ```
     pub fn new(origin: DVec3, direction: DVec3) -> Result<Self, RayError> {
         let ray = Self { origin, direction, near: 0.0, far: f64::INFINITY };
         ray.check()?;
-        // Scaling by a power of two is exact; it keeps squares of tiny and huge directions in range.
+        // Scaling by a power of two is exact; it keeps squares of tiny and huge directions in range. In two steps, as the power
+        // itself may not be a number.
         let exponent = direction.abs().max_element().log2().floor();
-        let direction = direction * (-exponent).exp2();
+        let half = (0.5 * exponent).floor();
+        let direction = direction * (-half).exp2() * (half - exponent).exp2();
         Ok(Self { direction: direction.normalize(), ..ray })
     }
 

@@ -120,7 +120,10 @@ pub fn compare(old: &Value, new: &Value, threshold: f64) -> Result<Comparison, C
     for (name, was) in &before.figures {
         let change = |is: Option<f64>| Change { name: name.clone(), old: *was, new: is };
         let Some(is) = after.figures.get(name) else {
-            found.worse.push(change(None));
+            // What could not be measured before is not missed.
+            if was.is_some() {
+                found.worse.push(change(None));
+            }
             continue;
         };
         let larger_is_better = LARGER_IS_BETTER.iter().any(|n| name.ends_with(&format!("/{n}")));

@@ -120,20 +120,26 @@ fn figures(
         let below = origin + direction * ((low - origin.z) / direction.z);
         direction.z < 0.0 && inside(origin) && inside(below) && ground(origin).is_some_and(|z| origin.z > z)
     };
+    // Hits of other shapes, and of other terrains, lie on other grounds.
+    let of_main = |hit: &PickedPoint| hit.node() == Some(main.key) && hit.local_to_world == main.model;
     let (mut lost, mut squares, mut worst, mut count) = (0, 0.0, 0.0f64, 0u32);
     let mut horizontal = Vec::new();
     for ((ray, truth), found) in rays.iter().zip(truth).zip(found) {
         let Some(found) = found else {
-            lost += u32::from(must_hit(ray));
+            // Through a hole a ray passes rightly, and so misses the exact surface as well.
+            lost += u32::from(must_hit(ray) && (truth.is_some() || !field.has_holes()));
             continue;
         };
+        if !of_main(found) {
+            continue;
+        }
         if let Some(z) = ground(found.object_point) {
             let off = (found.object_point.z - z).abs() * world_from_local;
             squares += off * off;
             worst = worst.max(off);
             count += 1;
         }
-        if let Some(truth) = truth {
+        if let Some(truth) = truth.as_ref().filter(|truth| of_main(truth)) {
             let across = |p: DVec3| DVec3::new(p.x, p.y, 0.0);
             let off = across(found.object_point) - across(truth.object_point);
             horizontal.push(main.model.transform_vector3(off).length());

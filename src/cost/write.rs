@@ -122,6 +122,10 @@ fn plot(file: &str, plot: &Plot) -> Block {
 
 /// A number for people: whole from 1000 up, else three digits that count.
 fn number(value: f64) -> String {
+    if !value.is_finite() {
+        // A ratio of nothing.
+        return "–".to_owned();
+    }
     let size = value.abs();
     if size >= 1000.0 || value == value.round() && size < 1e15 {
         let digits = format!("{size:.0}");
@@ -368,6 +372,10 @@ fn summary(drawing: &Drawing, blocks: &mut Vec<Block>) {
             drawing.rows.iter().find(found)
         };
         let (Some(one), Some(full)) = (of(one, true), of(DetailMode::Full, true)) else { continue };
+        if one.figures.triangles == 0 {
+            // Nothing is in view.
+            continue;
+        }
         let (Some(frame), Some(culled)) = (one.times.frame_ms(), full.times.frame_ms()) else { continue };
         let whole = of(DetailMode::Full, false).and_then(|row| row.times.frame_ms());
         let ours = one.times.selection_ms + one.times.encoding_ms;
@@ -376,7 +384,7 @@ fn summary(drawing: &Drawing, blocks: &mut Vec<Block>) {
         rows.push(vec![
             eye.name.clone(),
             number(one.figures.max_error_px),
-            format!("{} × fewer", number(full.figures.triangles as f64 / one.figures.triangles.max(1) as f64)),
+            format!("{} × fewer", number(full.figures.triangles as f64 / one.figures.triangles as f64)),
             format!("{} ms, not {} ms", number(frame), number(culled)),
             times(faster[0]),
             times(faster[1]),

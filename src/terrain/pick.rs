@@ -174,6 +174,7 @@ impl Fan {
 }
 
 /// The plane of one triangle of a fan.
+#[derive(Clone, Copy)]
 struct Facet {
     side: Side,
     gradient: [f64; 2],
@@ -454,6 +455,14 @@ pub struct CoarseSurface<'t> {
     pub errors: &'t FanErrors,
 }
 
+/// A place on the surface.
+#[derive(Clone, Copy)]
+struct Contact {
+    t: f64,
+    patch: PatchId,
+    facet: Facet,
+}
+
 struct Walk<'t, F> {
     surface: CoarseSurface<'t>,
     /// Its range is clipped to the map.
@@ -464,8 +473,8 @@ struct Walk<'t, F> {
     across: [f64; 2],
     /// +1 above, −1 below, 0 not known yet.
     sign: i8,
-    /// Whether f was exactly 0 at the end of the last piece, and from which t on.
-    zero_since: Option<f64>,
+    /// Where f became exactly 0, if it still is.
+    zero_since: Option<Contact>,
     /// The patch of the last piece that was looked at closely.
     last: Option<PatchId>,
     found: F,
@@ -794,29 +803,34 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
             if f == 0.0 {
                 // On the surface: a crossing only if the sign is another afterwards. At the ends of the ray (or of the map) it is
                 // a hit.
+                let next = ends.iter().find(|(next, _)| *next > t);
+                let facet = facet(if i == 0 { 0.5 * (t + next.map_or(t, |next| next.0)) } else { 0.5 * (t0 + t) });
                 let end = t <= self.ray.near || t >= self.ray.far;
                 if end && self.zero_since.is_none() {
-                    let next = ends.iter().find(|(next, _)| *next > t);
                     let entering = if i == 0 { next.is_some_and(|next| next.1 < 0.0) } else { f0 > 0.0 };
-                    let facet = facet(if i == 0 { 0.5 * (t + next.map_or(t, |next| next.0)) } else { 0.5 * (t0 + t) });
                     if !self.report(patch, t, &facet, None, entering) {
                         return false;
                     }
                     // Counted: what follows is on the other side, or leaves again.
                     self.sign = 0;
                 }
-                self.zero_since.get_or_insert(t);
+                self.zero_since.get_or_insert(Contact { t, patch, facet });
                 continue;
             }
             let sign = if f > 0.0 { 1 } else { -1 };
             if self.sign != 0 && sign != self.sign {
-                // At the start of the patch: a wall between patches of unequal size, or rounding.
-                let crossing = self.zero_since.unwrap_or(if i == 0 { t } else { t0 + (t - t0) * (f0 / (f0 - f)) });
+                // At the start of the patch: a wall between patches of unequal size, or rounding. Where the ray ran within the
+                // surface the hit is where it met it, which may be patches ago.
                 let wall = (i == 0 && self.zero_since.is_none())
                     .then(|| self.entered_side(patch, t))
                     .flatten()
                     .filter(|&side| self.unequal(patch, side));
-                if !self.report(patch, crossing, &facet(0.5 * (t0 + t)), wall, sign < 0) {
+                let at = self.zero_since.unwrap_or_else(|| Contact {
+                    t: if i == 0 { t } else { t0 + (t - t0) * (f0 / (f0 - f)) },
+                    patch,
+                    facet: facet(0.5 * (t0 + t)),
+                });
+                if !self.report(at.patch, at.t, &at.facet, wall, sign < 0) {
                     return false;
                 }
             }
