@@ -180,8 +180,6 @@ fn hits_carry_a_true_bound() {
     assert!(closest > 0.8, "the bound is never nearly reached: {closest}");
 }
 
-/// Where the map's border cuts a patch, its centre may lie on the border. A ray along the border meets the triangles on both
-/// sides of the centre there, without crossing a spoke: the one in the middle of the ray was taken for all of it.
 /// A ray within the plane of the ground, but for rounding, meets it where it meets it first: with the patch, triangle and bound of
 /// that place, not of the one where rounding takes it to the other side.
 #[test]
@@ -218,6 +216,8 @@ fn a_ray_in_the_plane_of_the_ground_is_told_where_it_meets_it() {
     assert!(found > 10_000, "{found}");
 }
 
+/// Where the map's border cuts a patch, its centre may lie on the border. A ray along the border meets the triangles on both
+/// sides of the centre there, without crossing a spoke: the one in the middle of the ray was taken for all of it.
 #[test]
 fn along_the_border_the_triangle_changes_at_a_centre_that_is_clamped_to_it() {
     let mut rng = Rng(4);
