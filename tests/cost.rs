@@ -128,6 +128,7 @@ fn two_runs_agree_in_all_that_is_not_a_time() {
     let compared = compare(&a, &b, 0.0).unwrap();
     assert!(compared.passed() && compared.better.is_empty() && compared.notes.is_empty(), "{compared:?}");
     assert!(compared.same > 200 && compared.times.len() > 5, "{compared:?}");
+    assert!(compared.times.iter().all(|time| time.name.contains("ms") || time.name.contains("ns")), "{compared:?}");
 }
 
 #[test]
@@ -216,15 +217,16 @@ fn picks_are_as_exact_as_their_surface_and_none_is_lost() {
         assert_eq!(row.figures.lost, 0, "{}", row.name);
         assert!(row.hits > 100, "{}: {} hits say nothing", row.name, row.hits);
         if row.surface == "exact" {
-            assert!(row.figures.max_vertical < 1e-9, "{}: {}", row.name, row.figures.max_vertical);
+            let worst = row.figures.max_vertical.value().unwrap();
+            assert!(worst < 1e-9, "{}: {worst}", row.name);
         }
     }
     let precision = SPIKE_REPORT.precision.as_ref().unwrap();
     let [origin, .., far] = precision.rows.as_slice() else { panic!("rows") };
-    assert_eq!((origin.figures.different_pixels, origin.figures.max_pick_error), (0, 0.0));
+    assert_eq!((origin.figures.different_pixels, origin.figures.max_pick_error.value()), (0, Some(0.0)));
     // At 1.5e11 f64 has steps of 3e-5; f32 has steps of 16 384, over a map of 256.
-    assert!(far.figures.max_pick_error < 1e-2 && far.figures.lost_picks < 20, "{far:?}");
-    assert!(far.figures.f32_pick_error > 256.0, "{far:?}");
+    assert!(far.figures.max_pick_error.value().is_some_and(|off| off < 1e-2) && far.figures.lost_picks < 20, "{far:?}");
+    assert!(far.figures.f32_pick_error.value().is_some_and(|off| off > 256.0), "{far:?}");
 }
 
 /// Neither the ground of another terrain nor a way through a hole is an error of the surface.
@@ -251,7 +253,7 @@ fn exact_picks_have_no_error_beside_others_and_over_holes() {
     scene.add(root, terrain).unwrap();
     let report = report(scene);
     for row in &report.picking.as_ref().unwrap().rows {
-        assert!(row.surface != "exact" || row.figures.max_vertical < 1e-9, "{row:?}");
+        assert!(row.surface != "exact" || row.figures.max_vertical.value().is_some_and(|off| off < 1e-9), "{row:?}");
         assert!(row.surface != "exact" || row.figures.lost == 0, "{row:?}");
     }
     assert!(!cost::markdown(&report).contains("NaN"));
@@ -306,6 +308,21 @@ fn verdicts_of_a_comparison() {
     // From nothing to something is worse by any threshold.
     assert!(!compare(&small(json!(0), json!(1), 1.0), &small(json!(1), json!(1), 1.0), 10.0).unwrap().passed());
     assert!(compare(&json!({}), &old, 0.05).is_err());
+    let text = compare(&old, &small(json!("100"), json!(40.0), 1.0), 0.05).unwrap_err().to_string();
+    assert!(text.starts_with("in the new file drawing/rows/a/triangles is \"100\":"), "{text}");
+    let mut twice = old.clone();
+    let row = twice["drawing"]["rows"][0].clone();
+    twice["drawing"]["rows"].as_array_mut().unwrap().push(row);
+    let twice = compare(&twice, &old, 0.05).unwrap_err().to_string();
+    assert!(twice.starts_with("in the old file drawing/rows/a/") && twice.contains(" is there twice"), "{twice}");
+    // An error that is none but for rounding, beside one that is; and a count of one beside a large one.
+    let two = |small: f64| {
+        json!({ "schema": SCHEMA_VERSION, "about": {}, "picking": { "rows": [
+            { "name": "exact", "figures": { "max_vertical": small } }, { "name": "coarse", "figures": { "max_vertical": 9.0 } },
+        ] } })
+    };
+    assert!(compare(&two(0.0), &two(2e-15), 0.0).unwrap().passed());
+    assert!(!compare(&two(0.0), &two(1e-10), 0.0).unwrap().passed());
     let mut other = old.clone();
     other["about"]["size"] = json!([2, 1]);
     assert_eq!(compare(&old, &other, 0.05).unwrap().notes, ["size was [1,1] and is [2,1]"]);
@@ -399,8 +416,11 @@ fn the_command_writes_its_three_files_and_nothing_half() {
     let output = seamount(&["cost", "scenes/cubes.ron", "-o", out_name]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8(output.stderr).unwrap().contains("scenes/cubes.ron: there is no SeamlessTerrain"));
-    // What was there is still there.
+    // What was there is still there, and nothing new is.
     assert!(out.join("data.json").exists());
+    let (outer, inner) = (folder.path().join("outer"), folder.path().join("outer/inner"));
+    assert_eq!(seamount(&["cost", "scenes/cubes.ron", "-o", inner.to_str().unwrap()]).status.code(), Some(1));
+    assert!(!outer.exists());
 }
 
 /// Killed in the middle of its work, whatever it is about, the command leaves whole files of what is finished.
@@ -470,4 +490,20 @@ fn triangles_that_face_away_are_counted() {
     assert_eq!(count(DVec3::new(0.0, 16.0, 100.0), DVec3::new(0.6, 0.0, -0.8), parallel, 1.0), 0);
     // Mirrored, the western half is where the eastern was.
     assert_eq!(count(DVec3::new(50.0, 16.0, 10.0), DVec3::NEG_X, perspective, -1.0), half);
+}
+
+/// Where nothing could be compared there is no error of 0, but a reason: of a map so small that far from the origin no two of
+/// its corners are apart.
+#[test]
+fn what_could_not_be_measured_is_told() {
+    let mut scene = Scene::new();
+    let root = scene.root();
+    let pixels = Pixels::Gray16((0..33 * 33).map(|i| (1 + i * 7919 % 20_000) as u16).collect());
+    scene.add(root, Texture2::from_image(Image::new(33, 33, pixels).unwrap())).unwrap();
+    scene.add(root, SeamlessTerrain { scale: 1e-9, max_height: 1e-10, ..SeamlessTerrain::default() }).unwrap();
+    let report = report(scene);
+    let far = report.precision.as_ref().unwrap().rows.last().unwrap().figures.clone();
+    assert_eq!((far.max_pick_error.value(), far.lost_picks > 0), (None, true), "{far:?}");
+    let text = cost::markdown(&report);
+    assert!(text.contains("Where the pick error is –: no ray hits both here and at the origin."), "{text}");
 }

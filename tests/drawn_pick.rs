@@ -21,8 +21,8 @@ use seamount::node::HitDetail;
 use seamount::prelude::*;
 use seamount::terrain::pick::LatticeRay;
 use seamount::terrain::{
-    DrawnHit, DrawnPick, DrawnSurface, DrawnTriangle, Full, HeightField, Hierarchy, LodEye, MinMaxPyramid, MorphErrors,
-    Parts, Precision, Resolutions, Selection, TileErrors, Voids, generate,
+    DrawnHit, DrawnPick, DrawnSurface, DrawnTriangle, ExactSurface, Full, HeightField, Hierarchy, LodEye,
+    MinMaxPyramid, MorphErrors, Parts, Precision, Resolutions, Selection, TileErrors, Voids, generate,
 };
 
 struct Land {
@@ -354,6 +354,83 @@ fn hits_carry_a_true_bound() {
         }
     }
     assert!(closest > 0.8, "the bound is never nearly reached: {closest}");
+}
+
+/// Along borders of the map and rims of holes there are triangles on one side of the line only, and of two directions one found
+/// none of them. The full-resolution walk is the judge where all cells are drawn; at other detail each ray has to agree with its
+/// reverse. All numbers are such that f64 computes them without rounding.
+#[test]
+fn borders_and_rims_are_hit_in_both_directions() {
+    let mut rng = Rng(31);
+    let (mut hits, mut along_border, mut over_holes) = (0, 0, 0);
+    for round in 0..240 {
+        let [columns, rows]: [u32; 2] = [3 + rng.below(9), 3 + rng.below(9)];
+        let (flat, holes) = (round % 5 == 0, round % 2 == 1);
+        let mut sample = |_| match rng.below(if holes { 8 } else { 1 << 20 }) {
+            0 => 0,
+            _ if flat => 256,
+            _ => 1 + (rng.bits() >> 55) as u16,
+        };
+        let samples: Vec<u16> = (0..columns * rows).map(&mut sample).collect();
+        let Ok(field) = HeightField::from_u16(columns, rows, samples, Voids { sample: holes.then_some(0.0) }) else {
+            continue;
+        };
+        let field = if holes { field.with_holes() } else { field };
+        let metric = Precision { precision: 0.7, eye: LodEye::Point { u: 0.0, v: 0.0, height: 1.0 } };
+        let resolutions = Resolutions::new(2, 2).unwrap();
+        let land = Land::new(field, resolutions, (round % 3 == 0).then_some(metric));
+        for _ in 0..400 {
+            let lattice = |rng: &mut Rng| [rng.below(columns), rng.below(rows)];
+            let at = lattice(&mut rng);
+            let [u, v] = at.map(f64::from);
+            let height = land.field.raw(at[0], at[1]) + [0.0, 0.0, 1.0, -0.5][rng.below(4) as usize];
+            // Edges of coarse triangles have other slopes: only lines of the grid meet them without rounding.
+            let directions = if round % 3 == 0 { 2 } else { 6 };
+            let [du, dv] = [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0], [1.0, 2.0], [2.0, 1.0]]
+                [rng.below(directions) as usize];
+            let rise = if rng.below(3) == 0 { 0.0 } else { f64::from(rng.below(128)) - 64.0 };
+            let d = DVec3::new(du, dv, rise);
+            let o = DVec3::new(u, v, height) - d * 16.0;
+            let ray = LatticeRay { origin: o, direction: d, near: 0.0, far: 32.0 };
+            let back = LatticeRay { origin: o + d * 32.0, direction: -d, ..ray };
+            let (ours, mut again) = (land.hits(&ray), land.hits(&back));
+            again.reverse();
+            let places = |hits: &[DrawnHit]| hits.iter().map(|hit| hit.t).collect::<Vec<_>>();
+            let again: Vec<f64> = again.iter().map(|hit| 32.0 - hit.t).collect();
+            let agree = |a: &[f64], b: &[f64]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9);
+            let exact = ExactSurface { field: &land.field, pyramid: &land.pyramid };
+            let mut all = Vec::new();
+            exact.intersect(&ray, |hit| {
+                all.push(hit.t);
+                true
+            });
+            // Where it runs within the surface, but for rounding, one end of that is told, on the way there and back another one.
+            let within = |t: f64| {
+                let (p, q) = (o + d * (t - 1e-3), o + d * (t + 1e-3));
+                let on = |p: DVec3| land.field.filled_surface(p.x, p.y).is_none_or(|h| (h - p.z).abs() < 1e-9);
+                on(p) || on(q)
+            };
+            if ours.iter().any(|hit| within(hit.t)) || again.iter().chain(&all).any(|&t| within(t)) {
+                // In the plane of a flat map nothing is rounded.
+                if flat && rise == 0.0 && round % 3 != 0 && !holes {
+                    let found = [ours.is_empty(), again.is_empty(), all.is_empty()];
+                    assert!(found == [true; 3] || found == [false; 3], "{ray:?}\n{ours:?}\n{again:?}\n{all:?}");
+                }
+                continue;
+            }
+            assert!(agree(&places(&ours), &again), "{ray:?}\n{ours:?}\n{again:?}");
+            if round % 3 != 0 {
+                assert!(agree(&places(&ours), &all), "{ray:?}\n{ours:?}\n{all:?}");
+            }
+            hits += ours.len();
+            let [cu, cv] = land.tree.cells().map(f64::from);
+            let border = du == 0.0 && (u == 0.0 || u == cu) || dv == 0.0 && (v == 0.0 || v == cv);
+            along_border += if border { ours.len() } else { 0 };
+            over_holes += if holes { ours.len() } else { 0 };
+        }
+    }
+    println!("{hits} hits, {along_border} along the border, {over_holes} beside holes");
+    assert!(hits > 10_000 && along_border > 1000 && over_holes > 3000, "{hits} {along_border} {over_holes}");
 }
 
 #[test]

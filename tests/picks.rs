@@ -1,5 +1,9 @@
 //! Pick styles, clip planes and the order of hits.
+#![allow(missing_docs, reason = "a test")]
 
+mod common;
+
+use common::Rng;
 use glam::DVec3;
 use seamount::format::parse;
 use seamount::node::Registry;
@@ -196,4 +200,44 @@ fn the_first_bad_ray_of_many_is_told() {
     }
     rays[700] = down();
     assert_eq!(told(&rays), late);
+}
+
+/// A plane is crossed at most once. Through its vertices, and along it, rounding makes f change its sign to and fro within the last
+/// digits: one touch was listed as a way in and another out.
+#[test]
+fn a_plane_is_crossed_once_on_every_surface() {
+    let mut rng = Rng(8);
+    let pixels = (0..33 * 33).map(|i| (2 * (i % 33) + i / 33 + 1) as u16).collect();
+    for resolutions in [(2, 2), (8, 2)] {
+        let mut scene = Scene::new();
+        let root = scene.root();
+        let image = Image::new(33, 33, Pixels::Gray16(Vec::clone(&pixels))).expect("an image");
+        scene.add(root, Texture2::from_image(image)).expect("a map");
+        let terrain =
+            SeamlessTerrain { size: Some(DVec2::splat(32.0)), max_height: 65535.0, resolutions, ..Default::default() };
+        scene.add(root, terrain).expect("a terrain");
+        for surface in [Surface::Coarse, Surface::Drawn, Surface::Exact] {
+            let action = RayPickAction { surface, ..RayPickAction::pixel(0, 0, [1, 1]) };
+            let picker = action.picker(&scene).expect("a picker");
+            let mut found = 0;
+            for _ in 0..20_000 {
+                let [c, r] = [0; 2].map(|_| f64::from(rng.below(33)));
+                let target = DVec3::new(c, 32.0 - r, 2.0 * c + r + 1.0);
+                let [x, y] = [0; 2].map(|_| f64::from(rng.below(21)) - 10.0);
+                // Its rise in the plane, and a little more or less, in decimals.
+                let steeper =
+                    [0.0, 1e-13, 1e-9, 1e-3, 0.7, 1e3][rng.below(6) as usize] * (f64::from(rng.below(3)) - 1.0);
+                let direction = DVec3::new(x, y, 2.0 * x - y + steeper);
+                let far = [8.0, 3.7, 1000.1][rng.below(3) as usize];
+                let Ok(ray) = Ray::new(target - direction * far, direction) else { continue };
+                let hits = picker.pick(&ray, true).expect("a pick");
+                assert!(hits.len() <= 1, "{surface:?} {resolutions:?} {ray:?}: {hits:#?}");
+                found += hits.len();
+                // Into the surface at one of its samples, unless that is at the border.
+                let inner = [c, r].iter().all(|x| (1.0..32.0).contains(x));
+                assert!(hits.len() == 1 || steeper.abs() < 1e-6 || !inner, "{surface:?} {resolutions:?} {ray:?}");
+            }
+            assert!(found > 8000, "{surface:?}: {found}");
+        }
+    }
 }

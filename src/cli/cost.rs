@@ -42,8 +42,8 @@ pub(super) fn run(args: &Args) -> Outcome {
     let (Some(path), Some(folder)) = (&args.scene, &args.output) else {
         return Err(Failure::Usage("give a scene and a folder to write to".to_owned()));
     };
-    std::fs::create_dir_all(folder)
-        .map_err(|e| Failure::Error(format!("can not make the folder {}: {e}", folder.display())))?;
+    let _made =
+        Made::new(folder).map_err(|e| Failure::Error(format!("can not make the folder {}: {e}", folder.display())))?;
     let mut watcher = Writing { folder, bar: None };
     watcher.begin(0, 1, &format!("reading {}", path.display()));
     let scene = load(path)?;
@@ -55,6 +55,27 @@ pub(super) fn run(args: &Args) -> Outcome {
     let mut out = Output::new();
     out.line(sentence(&report, folder))?;
     out.flush()
+}
+
+/// The folders that had to be made: what of them is empty in the end, because the run failed before it had anything, goes again.
+struct Made<'a>(Vec<&'a Path>);
+
+impl<'a> Made<'a> {
+    fn new(folder: &'a Path) -> io::Result<Self> {
+        let missing = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
+        let made = Self(folder.ancestors().take_while(missing).collect());
+        std::fs::create_dir_all(folder)?;
+        Ok(made)
+    }
+}
+
+impl Drop for Made<'_> {
+    fn drop(&mut self) {
+        for folder in &self.0 {
+            // Only one that is empty can be removed so, and there is nobody to tell if it can not.
+            let _ = std::fs::remove_dir(folder);
+        }
+    }
 }
 
 /// The command as the report quotes it: without the folder, which is no part of what is measured.

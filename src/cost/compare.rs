@@ -14,6 +14,10 @@ use super::SCHEMA_VERSION;
 /// Figures that are better large. Where one is null it is infinite: the pictures are the same.
 pub const LARGER_IS_BETTER: [&str; 1] = ["psnr_db"];
 
+/// Part of the largest figure of a name that rounding may add to the others: an exact pick is off by some 10⁻¹² m where a coarse one
+/// is by 10 m, and on another processor by some 10⁻¹² m more. Counts are below 2⁴⁰, so one more is always seen.
+pub const ROUNDING: f64 = 1.0 / (1u64 << 40) as f64;
+
 /// Why two reports can not be compared.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
@@ -23,6 +27,24 @@ pub enum CompareError {
     Schema {
         /// "old" or "new".
         which: &'static str,
+    },
+    /// A figure or time is neither a number nor missing.
+    #[error("in the {which} file {name} is {value}: a number has to be there, or null with a reason")]
+    NoNumber {
+        /// "old" or "new".
+        which: &'static str,
+        /// Section, row and figure, joined by `/`.
+        name: String,
+        /// What is there, as JSON.
+        value: String,
+    },
+    /// Two rows of a list have one name, so that the second would hide the first.
+    #[error("in the {which} file {name} is there twice: give each row of a list a name of its own")]
+    Twice {
+        /// "old" or "new".
+        which: &'static str,
+        /// Section, row and figure, joined by `/`.
+        name: String,
     },
 }
 
@@ -77,7 +99,8 @@ impl Comparison {
     }
 }
 
-/// Compares two reports as they stand in `data.json`. Figures may grow by `threshold`, a part of the old value (0.05 is 5 %).
+/// Compares two reports as they stand in `data.json`. Figures may grow by `threshold`, a part of the old value (0.05 is 5 %), and by
+/// [`ROUNDING`] of the largest figure of the same name in their list.
 ///
 /// # Errors
 ///
@@ -105,7 +128,7 @@ pub fn compare(old: &Value, new: &Value, threshold: f64) -> Result<Comparison, C
         }
     }
     let mut found = Comparison::default();
-    for key in ["version", "adapter", "driver", "size", "quick", "terrain", "samples"] {
+    for key in ["version", "command", "adapter", "driver", "size", "quick", "terrain", "samples"] {
         let of = |report: &Value| report.pointer(&format!("/about/{key}")).cloned().unwrap_or_default();
         if of(old) != of(new) {
             found.notes.push(format!("{key} was {} and is {}", of(old), of(new)));
@@ -116,7 +139,7 @@ pub fn compare(old: &Value, new: &Value, threshold: f64) -> Result<Comparison, C
             found.notes.push(format!("the {which} run did not come to its end"));
         }
     }
-    let (before, after) = (Numbers::of(old), Numbers::of(new));
+    let (before, after) = (Numbers::of(old, "old")?, Numbers::of(new, "new")?);
     for (name, was) in &before.figures {
         let change = |is: Option<f64>| Change { name: name.clone(), old: *was, new: is };
         let Some(is) = after.figures.get(name) else {
@@ -135,7 +158,8 @@ pub fn compare(old: &Value, new: &Value, threshold: f64) -> Result<Comparison, C
             None => f64::INFINITY,
         };
         let (was, is_now) = (cost(*was), cost(*is));
-        let room = if was.is_finite() { was.abs() * threshold } else { 0.0 };
+        let rounding = ROUNDING * before.largest.get(&alike(name)).copied().unwrap_or(0.0);
+        let room = if was.is_finite() { (was.abs() * threshold).max(rounding) } else { 0.0 };
         if is_now > was + room {
             found.worse.push(change(*is));
         } else if is_now < was - room {
@@ -149,10 +173,12 @@ pub fn compare(old: &Value, new: &Value, threshold: f64) -> Result<Comparison, C
     Ok(found)
 }
 
+/// How the times changed; how often something was repeated to find them is none itself.
 fn time_changes(before: &Numbers, after: &Numbers) -> Vec<TimeChange> {
     let mut by_name: BTreeMap<String, Vec<(f64, &str)>> = BTreeMap::new();
     for (name, was) in &before.times {
         if let (Some(was), Some(Some(is))) = (was, after.times.get(name))
+            && !name.ends_with("/repeats")
             && *was > 0.0
             && *is > 0.0
         {
@@ -177,19 +203,32 @@ fn time_changes(before: &Numbers, after: &Numbers) -> Vec<TimeChange> {
 
 /// All figures and times of a report by their names.
 #[derive(Default)]
-pub(super) struct Numbers {
+struct Numbers {
     figures: BTreeMap<String, Option<f64>>,
     times: BTreeMap<String, Option<f64>>,
+    /// Of the figures that are alike, the largest amount.
+    largest: BTreeMap<String, f64>,
+}
+
+/// What figures of the same name in one list have in common: their name without that of the row.
+fn alike(name: &str) -> String {
+    let (row, figure) = name.rsplit_once('/').unwrap_or(("", name));
+    let list = row.rsplit_once('/').map_or("", |(list, _)| list);
+    format!("{list}/{figure}")
 }
 
 impl Numbers {
-    fn of(report: &Value) -> Self {
+    fn of(report: &Value, which: &'static str) -> Result<Self, CompareError> {
         let mut found = Self::default();
-        found.collect(report, "");
-        found
+        found.collect(report, "", which)?;
+        for (name, figure) in &found.figures {
+            let largest = found.largest.entry(alike(name)).or_default();
+            *largest = largest.max(figure.unwrap_or(0.0).abs());
+        }
+        Ok(found)
     }
 
-    fn collect(&mut self, value: &Value, path: &str) {
+    fn collect(&mut self, value: &Value, path: &str, which: &'static str) -> Result<(), CompareError> {
         let below = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}/{name}") };
         match value {
             Value::Object(fields) => {
@@ -198,22 +237,30 @@ impl Numbers {
                         "figures" => &mut self.figures,
                         "times" => &mut self.times,
                         _ => {
-                            self.collect(value, &below(name));
+                            self.collect(value, &below(name), which)?;
                             continue;
                         }
                     };
-                    for (name, number) in value.as_object().into_iter().flatten() {
-                        into.insert(below(name), number.as_f64());
+                    for (name, value) in value.as_object().into_iter().flatten() {
+                        let name = below(name);
+                        let number = value.as_f64();
+                        if number.is_none() && !value.get("value").is_some_and(Value::is_null) {
+                            return Err(CompareError::NoNumber { which, name, value: value.to_string() });
+                        }
+                        if into.insert(name.clone(), number).is_some() {
+                            return Err(CompareError::Twice { which, name });
+                        }
                     }
                 }
             }
             Value::Array(items) => {
                 for (i, item) in items.iter().enumerate() {
                     let name = item.get("name").and_then(Value::as_str).map_or_else(|| i.to_string(), str::to_owned);
-                    self.collect(item, &below(&name));
+                    self.collect(item, &below(&name), which)?;
                 }
             }
             _ => {}
         }
+        Ok(())
     }
 }

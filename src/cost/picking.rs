@@ -122,8 +122,8 @@ fn figures(
     };
     // Hits of other shapes, and of other terrains, lie on other grounds.
     let of_main = |hit: &PickedPoint| hit.node() == Some(main.key) && hit.local_to_world == main.model;
-    let (mut lost, mut squares, mut worst, mut count) = (0, 0.0, 0.0f64, 0u32);
-    let mut horizontal = Vec::new();
+    let mut lost = 0;
+    let (mut vertical, mut horizontal) = (Vec::new(), Vec::new());
     for ((ray, truth), found) in rays.iter().zip(truth).zip(found) {
         let Some(found) = found else {
             // Through a hole a ray passes rightly, and so misses the exact surface as well.
@@ -134,10 +134,7 @@ fn figures(
             continue;
         }
         if let Some(z) = ground(found.object_point) {
-            let off = (found.object_point.z - z).abs() * world_from_local;
-            squares += off * off;
-            worst = worst.max(off);
-            count += 1;
+            vertical.push((found.object_point.z - z).abs() * world_from_local);
         }
         if let Some(truth) = truth.as_ref().filter(|truth| of_main(truth)) {
             let across = |p: DVec3| DVec3::new(p.x, p.y, 0.0);
@@ -149,10 +146,12 @@ fn figures(
     let none = "no ray meets both surfaces";
     let p95 = horizontal.get(horizontal.len() * 95 / 100).copied();
     let middle = (!horizontal.is_empty()).then(|| median(&mut horizontal));
+    let mean_square = vertical.iter().map(|off| off * off).sum::<f64>() / vertical.len() as f64;
+    let no_ground = "no ray is picked above or below the ground";
     PickingFigures {
         lost,
-        rms_vertical: if count > 0 { (squares / f64::from(count)).sqrt() } else { 0.0 },
-        max_vertical: worst,
+        rms_vertical: Figure::new(Some(mean_square.sqrt()), no_ground),
+        max_vertical: Figure::new(vertical.iter().copied().reduce(f64::max), no_ground),
         median_horizontal: Figure::new(middle, none),
         p95_horizontal: Figure::new(p95, none),
     }

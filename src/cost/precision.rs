@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DVec2, DVec3};
 
-use super::report::{Eye, Precision, PrecisionFigures, PrecisionRow};
+use super::report::{Eye, Figure, Precision, PrecisionFigures, PrecisionRow};
 use super::{CostError, Run};
 use crate::action::{PickedPoint, RayPickAction, Surface, Viewpoint};
 use crate::node::DetailMode;
@@ -62,34 +62,23 @@ fn show(run: &mut Run<'_>, eye: &Eye, offset: f64) -> Result<Shown, CostError> {
 }
 
 fn difference(origin: &Shown, here: &Shown) -> PrecisionFigures {
-    let mut figures = PrecisionFigures {
-        different_pixels: 0,
-        max_difference: 0,
-        lost_picks: 0,
-        max_pick_error: 0.0,
-        f32_error_px: 0.0,
-        f32_pick_error: 0.0,
+    let pixels = origin.rgba.chunks_exact(4).zip(here.rgba.chunks_exact(4));
+    let differences = pixels.map(|(a, b)| a.iter().zip(b).map(|(a, b)| u32::from(a.abs_diff(*b))).max().unwrap_or(0));
+    let picks = || origin.picks.iter().zip(&here.picks);
+    let largest = |values: &mut dyn Iterator<Item = f64>, reason| Figure::new(values.reduce(f64::max), reason);
+    let here_hits = || here.picks.iter().flatten();
+    let off_by = |(a, b): (&Option<PickedPoint>, &Option<PickedPoint>)| {
+        Some(a.as_ref()?.object_point.distance(b.as_ref()?.object_point))
     };
-    for (a, b) in origin.rgba.chunks_exact(4).zip(here.rgba.chunks_exact(4)) {
-        let off = a.iter().zip(b).map(|(a, b)| u32::from(a.abs_diff(*b))).max().unwrap_or(0);
-        figures.different_pixels += u64::from(off > 0);
-        figures.max_difference = figures.max_difference.max(off);
+    let no_hit = "no ray hits anything";
+    PrecisionFigures {
+        different_pixels: differences.clone().filter(|&off| off > 0).count() as u64,
+        max_difference: differences.max().unwrap_or(0),
+        lost_picks: picks().filter(|(a, b)| a.is_some() != b.is_some()).count() as u32,
+        max_pick_error: largest(&mut picks().filter_map(off_by), "no ray hits both here and at the origin"),
+        f32_error_px: largest(&mut here_hits().map(|b| f32_error(&here.view, b.point)), no_hit),
+        f32_pick_error: largest(&mut here_hits().map(|b| b.point.distance(b.point.as_vec3().as_dvec3())), no_hit),
     }
-    for (a, b) in origin.picks.iter().zip(&here.picks) {
-        match (a, b) {
-            (Some(a), Some(b)) => {
-                let off = a.object_point.distance(b.object_point);
-                figures.max_pick_error = figures.max_pick_error.max(off);
-            }
-            (None, None) => {}
-            _ => figures.lost_picks += 1,
-        }
-        if let Some(b) = b {
-            figures.f32_error_px = figures.f32_error_px.max(f32_error(&here.view, b.point));
-            figures.f32_pick_error = figures.f32_pick_error.max(b.point.distance(b.point.as_vec3().as_dvec3()));
-        }
-    }
-    figures
 }
 
 /// How far a point is off in the picture, in pixels, when position and matrix are rounded to f32 as they are in world

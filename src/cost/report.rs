@@ -186,7 +186,7 @@ pub struct FrameTimes {
     pub encoding_ms: f64,
     /// What the GPU took.
     pub gpu_ms: Figure,
-    /// How often it was drawn.
+    /// How often it was drawn: as often as there was time for.
     pub repeats: u32,
 }
 
@@ -356,11 +356,11 @@ pub struct PrecisionFigures {
     /// Rays that hit at the origin and miss here, or the other way round.
     pub lost_picks: u32,
     /// Largest distance between what a ray meets here and at the origin, in the terrain's own coordinates.
-    pub max_pick_error: f64,
+    pub max_pick_error: Figure,
     /// How far the same ground would be off on the screen with positions and matrices in f32, in pixels.
-    pub f32_error_px: f64,
+    pub f32_error_px: Figure,
     /// How far a picked point would be off if positions were f32, in world units.
-    pub f32_pick_error: f64,
+    pub f32_pick_error: Figure,
 }
 
 /// Section 2: what picking costs on each surface.
@@ -393,9 +393,9 @@ pub struct PickingFigures {
     /// Rays that hit nothing although they start above the ground and end below it.
     pub lost: u32,
     /// Root of the mean square of the vertical distance between the picked point and the ground below or above it, world units.
-    pub rms_vertical: f64,
+    pub rms_vertical: Figure,
     /// Largest of these distances.
-    pub max_vertical: f64,
+    pub max_vertical: Figure,
     /// Median of the horizontal distance between the picked point and what the ray meets on the full-resolution surface.
     pub median_horizontal: Figure,
     /// 95 of 100 of these distances are not larger.

@@ -432,8 +432,8 @@ fn picking_blocks(picking: &Picking, blocks: &mut Vec<Block>) {
             number(row.rays.into()),
             number(row.hits.into()),
             f.lost.to_string(),
-            number(f.rms_vertical),
-            number(f.max_vertical),
+            figure(&f.rms_vertical),
+            figure(&f.max_vertical),
             figure(&f.median_horizontal),
             figure(&f.p95_horizontal),
             number(row.times.ns_per_ray.round()),
@@ -453,8 +453,9 @@ fn picking_blocks(picking: &Picking, blocks: &mut Vec<Block>) {
         ],
         rows.collect(),
     ));
+    let vertical = picking.rows.iter().map(|row| ("the vertical distance", &row.figures.max_vertical));
     let horizontal = picking.rows.iter().map(|row| ("the horizontal distance", &row.figures.median_horizontal));
-    blocks.extend(reasons(horizontal));
+    blocks.extend(reasons(vertical.chain(horizontal)));
 }
 
 fn effects_blocks(effects: &EffectsCost, blocks: &mut Vec<Block>) {
@@ -495,9 +496,9 @@ fn precision_blocks(precision: &Precision, blocks: &mut Vec<Block>) {
             number(f.different_pixels as f64),
             f.max_difference.to_string(),
             number(f.lost_picks.into()),
-            number(f.max_pick_error),
-            number(f.f32_error_px),
-            number(f.f32_pick_error),
+            figure(&f.max_pick_error),
+            figure(&f.f32_error_px),
+            figure(&f.f32_pick_error),
         ]
     });
     blocks.push(table(
@@ -512,6 +513,11 @@ fn precision_blocks(precision: &Precision, blocks: &mut Vec<Block>) {
         ],
         rows.collect(),
     ));
+    let missing = precision.rows.iter().flat_map(|row| {
+        let f = &row.figures;
+        [("the pick error", &f.max_pick_error), ("f32", &f.f32_error_px), ("f32", &f.f32_pick_error)]
+    });
+    blocks.extend(reasons(missing));
 }
 
 fn published_blocks(published: &Published, blocks: &mut Vec<Block>) {

@@ -69,21 +69,40 @@ impl<'t> DrawnSurface<'t> {
     where
         W: Fn([[u32; 2]; 2]) -> bool + Copy,
     {
+        let surface = *self;
+        let triangles = self.with_lids_where(patch, wanted).map(|(triangle, _)| triangle);
+        triangles.filter(move |triangle| !surface.is_lid(triangle))
+    }
+
+    /// [`DrawnSurface::triangles_where`] with those that are left out for a hole, at the heights that fill it; and with their corners
+    /// before they are clamped to the map, where no two of a triangle, and no two edges, are the same.
+    pub(super) fn with_lids_where<W>(
+        &self,
+        patch: ActivePatch,
+        wanted: W,
+    ) -> impl Iterator<Item = (DrawnTriangle, [[u32; 2]; 3])> + use<'t, W>
+    where
+        W: Fn([[u32; 2]; 2]) -> bool + Copy,
+    {
         let Self { field, tree, parts, selection } = *self;
+        let [u0, v0] = tree.origin(patch.id);
         let patch_weights = selection.weights(tree, patch.id);
         let (step, last) = (tree.step(patch.id.level), tree.resolutions().max());
         parts_of(patch.sides).into_iter().flat_map(move |part| {
             // Clamping to the map is monotone: a clamped box contains its clamped triangles.
             let groups = parts.groups(part, move |corners| wanted(place(tree, patch.id, corners)));
-            groups.flatten().filter_map(move |triangle| {
+            groups.flatten().map(move |triangle| {
                 let corners = place(tree, patch.id, *triangle);
-                if corners.iter().any(|&[u, v]| field.is_hole(u, v)) {
-                    return None;
-                }
                 let weights = patch_weights.map_or([1.0; 3], |weights| triangle.map(|unit| weights.at(unit, last)));
                 let heights = std::array::from_fn(|k| morphed_height(field, corners[k], step, weights[k]));
-                Some(DrawnTriangle { part, corners, heights, weights })
+                let beyond = triangle.map(|[a, b]| [u0 + step * u32::from(a), v0 + step * u32::from(b)]);
+                (DrawnTriangle { part, corners, heights, weights }, beyond)
             })
         })
+    }
+
+    /// Whether a triangle is left out for a hole.
+    pub(super) fn is_lid(&self, triangle: &DrawnTriangle) -> bool {
+        self.field.has_holes() && triangle.corners.iter().any(|&[u, v]| self.field.is_hole(u, v))
     }
 }

@@ -3,20 +3,22 @@
 //! # The surface
 //!
 //! What [`DrawnSurface`] lists, nothing else. A triangle that is left out is a hole; a ray goes through it, and what it finds
-//! beyond is judged there alone, so the rim of a hole is never hit. Where a patch crosses the border of the map its
+//! beyond is judged there alone, so no wall stands on the rim of a hole. The rim itself belongs to the triangles that are drawn:
+//! a ray that meets the surface exactly there hits it, though it be over the hole. Where a patch crosses the border of the map its
 //! triangles beyond collapse to slivers in the vertical plane of the border. They are drawn, so they are hit too, as small
 //! walls; they are as high as the error of the patch's sides at most.
 //!
 //! # The walk
 //!
 //! Patches are visited front to back; one that the ray passes above or below all heights of is left out. In an active patch
-//! each triangle that the line crosses gives two values of f = w_ray − h, where the line comes in and where it goes out; a
-//! hit is where their signs are unequal, 0 counted as above. Neighbours compute the same two numbers for the edge that they
-//! share (see the module `line`), so on a surface without cracks the signs agree from triangle to triangle and from patch to
-//! patch by construction: no crossing is lost between two triangles, and none is found twice.
+//! each triangle that the line crosses gives two values of f = w_ray − h, where the line comes in and where it goes out.
+//! Neighbours compute the same two numbers for the edge that they share (see the module `line`), so the triangles make a chain from
+//! edge to edge along which f is followed, as on the other surfaces, by its sign (see the module `sign`); those that lie on one side
+//! beyond doubt are left out of it. So on a surface without cracks no crossing is lost between two triangles, and none is found
+//! twice. Where the chain is broken, 0 counts as above.
 //!
-//! Only crossings count: where the ray touches an edge or a corner and comes back, the two crossings at one parameter
-//! cancel. The number of steps is bounded by that of the patches and triangles that the line meets.
+//! Only crossings count, not mere touching; but a ray that starts or ends exactly on the surface, or passes the border of the map
+//! exactly on it, hits it there. The number of steps is bounded by that of the patches and triangles that the line meets.
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 use glam::DVec3;
@@ -30,6 +32,7 @@ use super::parts::{Part, Side};
 use super::pick::LatticeRay;
 use super::pyramid::MinMaxPyramid;
 use super::selection::ActivePatch;
+use super::sign::Sign;
 
 /// A place where a ray meets the drawn surface, in lattice coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -141,9 +144,9 @@ impl DrawnPick<'_> {
             None => {}
             Some(Seen::Point(line)) => self.vertical(&line, found),
             Some(Seen::Line(line)) => {
-                let mut walk = Walk { pick: *self, line, pending: Vec::new(), before: None, found };
+                let mut walk = Walk { pick: *self, line, sign: Sign::unknown(), last: None, pieces: Vec::new(), found };
                 if walk.grid(0, [0, 0], self.drawn.tree.grid(0)) {
-                    walk.deliver(true);
+                    walk.end();
                 }
             }
         }
@@ -151,48 +154,62 @@ impl DrawnPick<'_> {
 
     /// A vertical ray meets one triangle; on an edge or corner any of those there.
     fn vertical(&self, line: &Line, mut found: impl FnMut(DrawnHit) -> bool) {
-        let DrawnSurface { tree, selection, .. } = self.drawn;
-        let [cu, cv] = tree.cells();
         let at = [line.origin.x, line.origin.y];
+        let Some((patch, triangle, weights)) = self.triangles_at(at).next() else { return };
+        let [a, b, c] = triangle.heights;
+        // From the first corner: exact where the weights are.
+        let height = a + weights[1] * (b - a) + weights[2] * (c - a);
+        let t = (height - line.origin.z) / line.direction.z;
+        if t >= line.near && t <= line.far {
+            let gradient = gradient(&triangle);
+            found(DrawnHit {
+                t: t * line.unit,
+                point: DVec3::new(at[0], at[1], height),
+                gradient,
+                border: None,
+                patch,
+                triangle,
+                barycentric: weights,
+                entering: line.direction.z < 0.0,
+                rounding: line.rounding(0.0, height, gradient, self.drawn.tree.cells()),
+            });
+        }
+    }
+
+    /// The triangles that a place on the map lies in or on the border of, with the weights of their corners.
+    fn triangles_at(&self, at: [f64; 2]) -> impl Iterator<Item = (ActivePatch, DrawnTriangle, [f64; 3])> {
+        let DrawnSurface { tree, selection, .. } = self.drawn;
+        let drawn = self.drawn;
+        let [cu, cv] = tree.cells();
         let leaf = tree.leaf_at((at[0] as u32).min(cu - 1), (at[1] as u32).min(cv - 1));
         // The place may be on the border of patches, where the triangle of one may be left out.
         let (us, vs) = (on_line(at[0], tree, leaf.column), on_line(at[1], tree, leaf.row));
-        for (column, row) in vs.iter().flat_map(|&row| us.iter().map(move |&column| (column, row))) {
+        let patches = vs.into_iter().flat_map(move |row| us.into_iter().map(move |column| [column, row]));
+        let patches = patches.filter_map(move |[column, row]| {
             let mut id = PatchId { level: tree.depth(), column, row };
-            let patch = loop {
+            loop {
                 match (selection.active(tree, id), tree.parent(id)) {
                     (Some(patch), _) => break Some(patch),
                     (None, Some(parent)) => id = parent,
                     (None, None) => break None,
                 }
-            };
-            let Some(patch) = patch else { continue };
-            let contains = |[[u0, v0], [u1, v1]]: [[u32; 2]; 2]| {
-                at[0] >= u0.into() && at[0] <= u1.into() && at[1] >= v0.into() && at[1] <= v1.into()
-            };
-            for triangle in self.drawn.triangles_where(patch, contains) {
-                let Some(weights) = inside(&triangle, at) else { continue };
-                let [a, b, c] = triangle.heights;
-                // From the first corner: exact where the weights are.
-                let height = a + weights[1] * (b - a) + weights[2] * (c - a);
-                let t = (height - line.origin.z) / line.direction.z;
-                if t >= line.near && t <= line.far {
-                    let gradient = gradient(&triangle);
-                    found(DrawnHit {
-                        t: t * line.unit,
-                        point: DVec3::new(at[0], at[1], height),
-                        gradient,
-                        border: None,
-                        patch,
-                        triangle,
-                        barycentric: weights,
-                        entering: line.direction.z < 0.0,
-                        rounding: line.rounding(0.0, height, gradient, [cu, cv]),
-                    });
-                }
-                return;
             }
-        }
+        });
+        let contains = move |[[u0, v0], [u1, v1]]: [[u32; 2]; 2]| {
+            at[0] >= u0.into() && at[0] <= u1.into() && at[1] >= v0.into() && at[1] <= v1.into()
+        };
+        patches.flat_map(move |patch| {
+            drawn
+                .triangles_where(patch, contains)
+                .filter_map(move |triangle| Some((patch, triangle, inside(&triangle, at)?)))
+        })
+    }
+
+    /// A drawn triangle that two points of the lattice lie in or on the border of, and so all between them.
+    fn triangle_with(&self, [a, b]: [[u32; 2]; 2]) -> Option<(ActivePatch, DrawnTriangle)> {
+        self.triangles_at(a.map(f64::from))
+            .find(|(_, triangle, _)| inside(triangle, b.map(f64::from)).is_some())
+            .map(|(patch, triangle, _)| (patch, triangle))
     }
 }
 
@@ -255,23 +272,38 @@ fn range(pyramid: &MinMaxPyramid, [[u0, v0], [u1, v1]]: [[u32; 2]; 2]) -> [f64; 
     pyramid.range(1 << bits, u0 >> bits, v0 >> bits)
 }
 
-/// A crossing that waits for those of the same patch.
+/// The ends of an edge in the order of their coordinates, before they are clamped to the map.
+type Edge = [[u32; 2]; 2];
+
+/// The way of the ray over a triangle.
 #[derive(Debug, Clone, Copy)]
-struct Pending {
-    t: f64,
-    entering: bool,
-    /// Whether it lies where the ray leaves the triangle, so that the next triangle may have one at the same parameter.
-    last: bool,
+struct Piece {
+    enter: Crossing,
+    leave: Crossing,
+    entered: Edge,
+    left: Edge,
     patch: ActivePatch,
     triangle: DrawnTriangle,
+}
+
+/// A place on the surface.
+#[derive(Debug, Clone, Copy)]
+struct Contact {
+    t: f64,
+    patch: ActivePatch,
+    triangle: DrawnTriangle,
+    /// Whether it is one of the triangles that are drawn, or lies on the rim of one.
+    drawn: bool,
 }
 
 struct Walk<'t, F> {
     pick: DrawnPick<'t>,
     line: Line,
-    pending: Vec<Pending>,
-    /// Whether the last hit that was handed over went into the ground.
-    before: Option<bool>,
+    sign: Sign<Contact>,
+    /// Where the last piece ended: the edge, the parameter, and the height above the surface there.
+    last: Option<(Edge, f64, f64)>,
+    /// Pieces of one patch.
+    pieces: Vec<Piece>,
     found: F,
 }
 
@@ -332,9 +364,8 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
             let samples = [low, [(u1 + around).min(cells[0]), (v1 + around).min(cells[1])]];
             line.meets(group) && line.clear_of(range(pyramid, samples), line.within(group)) == 0
         };
-        for triangle in drawn.triangles_where(patch, may_meet) {
-            let positive = triangle.corners.map(|corner| line.side(corner.map(f64::from)) >= 0.0);
-            let [p, q, r] = positive;
+        for (triangle, [i, j, k]) in drawn.with_lids_where(patch, may_meet) {
+            let [p, q, r] = triangle.corners.map(|corner| line.is_positive(corner));
             if p == q && q == r {
                 continue;
             }
@@ -342,89 +373,153 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
             let [ha, hb, hc] = triangle.heights;
             // One edge goes from the negative to the positive side, one back. Seen from above the triangle turns to the left,
             // and (u, v) is seen from below: the ray comes in where an edge goes to the positive side.
-            let (mut enter, mut leave) = (None, None);
-            for (from, to, start, end) in [(p, q, (a, ha), (b, hb)), (q, r, (b, hb), (c, hc)), (r, p, (c, hc), (a, ha))]
-            {
+            let (mut entered, mut left) = (None, None);
+            let edges =
+                [(p, q, (a, ha), (b, hb), [i, j]), (q, r, (b, hb), (c, hc), [j, k]), (r, p, (c, hc), (a, ha), [k, i])];
+            for (from, to, start, end, [i, j]) in edges {
                 match (from, to) {
-                    (false, true) => enter = Some(line.crossing(start, end)),
-                    (true, false) => leave = Some(line.crossing(start, end)),
+                    (false, true) => entered = Some((line.crossing(start, end), [i.min(j), i.max(j)])),
+                    (true, false) => left = Some((line.crossing(start, end), [i.min(j), i.max(j)])),
                     _ => {}
                 }
             }
-            if let (Some(enter), Some(leave)) = (enter, leave) {
-                self.piece(patch, triangle, enter, leave);
+            let (Some((enter, entered)), Some((leave, left))) = (entered, left) else { continue };
+            // Most pieces lie on one side, beyond doubt: of the others, and of those that are in one place, the order is to be found.
+            let [f0, f1] = [enter, leave].map(|end| line.height(end.t) - end.height);
+            let beyond = f0.abs() > enter.rounding && f1.abs() > leave.rounding && enter.t < leave.t;
+            if !(beyond && (f0 > 0.0) == (f1 > 0.0)) {
+                self.pieces.push(Piece { enter, leave, entered, left, patch, triangle });
             }
         }
-        self.deliver(false)
-    }
-
-    /// Looks for a change of sign between the two edges of a triangle, within the ray's range.
-    #[inline]
-    fn piece(&mut self, patch: ActivePatch, triangle: DrawnTriangle, enter: Crossing, leave: Crossing) {
-        let (near, far) = (self.line.near, self.line.far);
-        let (mut t0, mut t1) = (enter.t, leave.t);
-        if t1 < near || t0 > far {
-            return;
-        }
-        let (mut f0, mut f1) = (self.line.height(t0) - enter.height, self.line.height(t1) - leave.height);
-        if t0 < near && near <= t1 {
-            let s = (near - t0) / (t1 - t0);
-            (t0, f0) = (near, self.line.height(near) - between(enter.height, leave.height, s));
-        }
-        if t1 > far && far >= t0 {
-            let s = (far - enter.t) / (leave.t - enter.t);
-            (t1, f1) = (far, self.line.height(far) - between(enter.height, leave.height, s));
-        }
-        let entering = f0 >= 0.0 && f1 < 0.0;
-        if !(entering || f0 < 0.0 && f1 >= 0.0) {
-            return;
-        }
-        // Rounding may turn the order of two edges that meet in a corner.
-        let t = (t0 + (t1 - t0) * (f0 / (f0 - f1))).clamp(t0.min(t1), t0.max(t1));
-        self.pending.push(Pending { t, entering, last: t >= t1, patch, triangle });
-    }
-
-    /// Hands over what was found; but for a last hit on the border of the patch if it may turn out to be a touch, and for
-    /// slivers that nothing says the order of yet, unless it is the `end`.
-    fn deliver(&mut self, end: bool) -> bool {
-        self.pending.sort_by(|a, b| a.t.total_cmp(&b.t));
-        let mut at = 0;
-        while let Some(&hit) = self.pending.get(at) {
-            let opposite = |next: &&Pending| next.t == hit.t && next.entering != hit.entering;
-            match self.pending.get(at + 1).filter(opposite) {
-                // In and out at one place is a touch; but slivers that lie in one plane are all there.
-                Some(next) if !(is_sliver(&hit.triangle) || is_sliver(&next.triangle)) => at += 2,
-                // In turn with what was before or comes after, in the next patches if need be.
-                Some(_) if !end && self.wanted(at).is_none() => break,
-                Some(next) if self.wanted(at).is_some_and(|entering| next.entering == entering) => {
-                    self.pending.swap(at, at + 1);
-                }
-                None if hit.last && !end && at + 1 == self.pending.len() => break,
-                _ => {
-                    at += 1;
-                    self.before = Some(hit.entering);
-                    let hit = self.hit(&hit);
-                    if !(self.found)(hit) {
-                        return false;
-                    }
-                }
+        // One after the other from edge to edge; parameters say where a chain begins, but not more: around a corner, and in slivers,
+        // those of several edges are the same but for rounding.
+        self.pieces.sort_unstable_by(|a, b| a.enter.t.total_cmp(&b.enter.t));
+        while !self.pieces.is_empty() {
+            let pieces = self.pieces.as_slice();
+            let goes_on = |piece: &Piece| self.last.is_some_and(|(edge, ..)| edge == piece.entered);
+            let begins = |piece: &Piece| pieces.iter().all(|other| other.left != piece.entered);
+            let next = pieces.iter().position(goes_on).or_else(|| pieces.iter().position(begins)).unwrap_or(0);
+            let piece = self.pieces.remove(next);
+            if !self.follow(&piece) {
+                return false;
             }
         }
-        self.pending.drain(..at);
         true
     }
 
-    /// Whether a crossing goes into the ground, of several at one place: in turn with what was before or comes after.
-    fn wanted(&self, at: usize) -> Option<bool> {
-        let rest = self.pending.get(at..)?;
-        let here = rest.first()?.t;
-        let after = rest.iter().position(|hit| hit.t != here);
-        let after = after.and_then(|n| rest.get(n).map(|hit| hit.entering == (n % 2 == 0)));
-        self.before.map(|before| !before).or(after)
+    /// Follows the ray over a triangle, within its range.
+    fn follow(&mut self, piece: &Piece) -> bool {
+        let &Piece { enter, leave, .. } = piece;
+        let (near, far) = (self.line.near, self.line.far);
+        // Parameter, height above the triangle, the doubt about it, and the edge; none where the ray starts or ends within the triangle.
+        let on_edge = |edge: Crossing| (edge.t, self.line.height(edge.t) - edge.height, edge.rounding, Some(edge.edge));
+        let within = |t: f64| {
+            let s = (t - enter.t) / (leave.t - enter.t);
+            let f = self.line.height(t) - between(enter.height, leave.height, s);
+            (t, f, enter.rounding.max(leave.rounding), None)
+        };
+        let start = if enter.t < near && near <= leave.t { within(near) } else { on_edge(enter) };
+        let end = if leave.t > far && far >= enter.t { within(far) } else { on_edge(leave) };
+        let goes_on = self.last.is_some_and(|(edge, ..)| edge == piece.entered);
+        if enter.edge == leave.edge || leave.t < near || enter.t > far {
+            // Clamped to the border it is an edge itself, which belongs to its neighbours; or it is out of range, around a corner by
+            // rounding alone.
+            if goes_on {
+                self.last = Some((piece.left, end.0, end.1));
+            }
+            return true;
+        }
+        if !goes_on {
+            if !self.end() {
+                return false;
+            }
+            // 0 counts as above; but where the ray starts it is on the surface.
+            let (t, f, ..) = start;
+            self.sign.now = if f < 0.0 {
+                -1
+            } else if f == 0.0 && t == near {
+                0
+            } else {
+                1
+            };
+        }
+        let mut before: Option<(f64, f64)> = None;
+        for (t, f, doubt, edge) in [start, end] {
+            if f == 0.0 || self.sign.turns(f) && f.abs() <= doubt {
+                if self.sign.zero_since.is_none_or(|first| !first.drawn) {
+                    self.sign.zero_since = Some(self.contact(piece, t, edge));
+                }
+            } else if let Some(turn) = self.sign.pass(f) {
+                let contact = turn.zero_since.unwrap_or_else(|| match before {
+                    // Rounding may turn the order of two edges that meet in a corner.
+                    Some((t0, f0)) => {
+                        self.contact(piece, (t0 + (t - t0) * (f0 / (f0 - f))).clamp(t.min(t0), t.max(t0)), None)
+                    }
+                    None => self.contact(piece, t, edge),
+                });
+                if !self.report(&contact, turn.entering) {
+                    return false;
+                }
+            }
+            before = Some((t, f));
+        }
+        self.last = Some((piece.left, end.0, end.1));
+        true
     }
 
-    fn hit(&self, pending: &Pending) -> DrawnHit {
-        let &Pending { t, entering, patch, triangle, .. } = pending;
+    /// Comes to the end of a chain of pieces: that of the ray, or a place beyond which nothing is near it. `false` when nothing more is
+    /// wanted.
+    fn end(&mut self) -> bool {
+        let Some((_, t, f)) = self.last.take() else { return true };
+        if t >= self.line.far || self.sign.now == 0 {
+            return self.sign.end().is_none_or(|(contact, entering)| self.report(&contact, entering));
+        }
+        // 0 counts as above.
+        let turn = self.sign.zero_since.filter(|_| (f >= 0.0) != (self.sign.now > 0));
+        self.sign.zero_since = None;
+        turn.is_none_or(|contact| self.report(&contact, f < 0.0))
+    }
+
+    /// A place on a triangle, on an edge if it is there: if that is a lid, of the drawn triangle on whose rim it lies.
+    fn contact(&self, piece: &Piece, t: f64, edge: Option<[[u32; 2]; 2]>) -> Contact {
+        let &Piece { patch, triangle, .. } = piece;
+        if !self.pick.drawn.is_lid(&triangle) {
+            return Contact { t, patch, triangle, drawn: true };
+        }
+        match self.on_rim(piece, edge) {
+            Some((patch, triangle)) => Contact { t, patch, triangle, drawn: true },
+            None => Contact { t, patch, triangle, drawn: false },
+        }
+    }
+
+    /// The drawn triangle that a place on a lid belongs to: if the ray runs along the edge between the two, or is on it there.
+    #[cold]
+    fn on_rim(&self, piece: &Piece, edge: Option<[[u32; 2]; 2]>) -> Option<(ActivePatch, DrawnTriangle)> {
+        if is_sliver(&piece.triangle) {
+            return None;
+        }
+        // Where the ray crosses an edge: in one of its ends, or between them.
+        let place = |[a, b]: [[u32; 2]; 2]| match (self.line.is_on(a), self.line.is_on(b)) {
+            (true, _) => [a, a],
+            (false, true) => [b, b],
+            (false, false) => [a, b],
+        };
+        let ([from, from2], [to, to2]) = (place(piece.enter.edge), place(piece.leave.edge));
+        let along = (from == from2 && to == to2 && from != to).then_some([from, to]);
+        along.into_iter().chain(edge.map(place)).find_map(|place| self.pick.triangle_with(place))
+    }
+
+    fn report(&mut self, contact: &Contact, entering: bool) -> bool {
+        // A lid over a hole is crossed unseen.
+        if !contact.drawn {
+            return true;
+        }
+        let hit = self.hit(contact, entering);
+        (self.found)(hit)
+    }
+
+    fn hit(&self, contact: &Contact, entering: bool) -> DrawnHit {
+        let &Contact { t, patch, triangle, .. } = contact;
         let cells = self.pick.drawn.tree.cells();
         let p = self.line.at(t);
         let gradient = gradient(&triangle);

@@ -3,9 +3,12 @@
 //! # Why nothing is lost
 //!
 //! * The side of a point, d_u (v − o_v) − d_v (u − o_u), is computed by one expression. What meets the line is decided by
-//!   its sign at lattice points, so all who share a point agree. An edge is crossed if its two ends have unequal signs, 0
-//!   counted with the positive ones; a triangle is crossed by none or by exactly two of its edges, and the triangles that the
-//!   line crosses make a chain from edge to edge.
+//!   its sign at lattice points, so all who share a point agree. An edge is crossed if its two ends have unequal signs; a
+//!   triangle is crossed by none or by exactly two of its edges, and the triangles that the line crosses make a chain from
+//!   edge to edge.
+//! * A point exactly on the line counts as lying beyond it, seen from the middle of the map: as if the line were moved towards
+//!   the middle by less than any number. So a line along the border of the map has the triangles there, and a ray and its
+//!   reverse meet the same.
 //! * Rounding is monotone, so the computed side is monotone in u and in v: over a box it is between its values at the
 //!   corners. A box whose corners all have one sign contains no triangle that is crossed, also as computed.
 //! * Parameter and height at an edge are computed from its two ends in the order of their coordinates: neighbours that
@@ -42,6 +45,10 @@ pub(super) struct Line {
     pub margin: f64,
     /// Factor from parameters of this line to those of the ray.
     pub unit: f64,
+    /// Largest horizontal coordinate of the origin and the map, in cells: how far apart points may be.
+    size: f64,
+    /// Whether points on the line count as lying on its positive side: not if the middle of the map does.
+    zero_is_positive: bool,
 }
 
 /// What a ray looks like from above.
@@ -56,10 +63,14 @@ pub(super) enum Seen {
 /// Where the line crosses an edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Crossing {
+    /// The ends of the edge.
+    pub edge: [[u32; 2]; 2],
     /// Parameter.
     pub t: f64,
     /// Height of the edge there, raw.
     pub height: f64,
+    /// Bound of what rounding may make of a height of 0 above the edge.
+    pub rounding: f64,
 }
 
 /// A value between two, never outside of them, and exactly they at the ends.
@@ -94,7 +105,10 @@ impl Line {
             far: scaled(ray.far),
             margin: 0.0,
             unit: half * rest,
+            size: cu.max(cv) + o.x.abs().max(o.y.abs()),
+            zero_is_positive: true,
         };
+        line.zero_is_positive = line.side([0.5 * cu, 0.5 * cv]) <= 0.0;
         for (o, d, last) in [(o.x, d.x, cu), (o.y, d.y, cv)] {
             if d == 0.0 {
                 if !(0.0..=last).contains(&o) {
@@ -115,23 +129,35 @@ impl Line {
             return Some(Seen::Point(line));
         }
         let along = d.x.abs().max(d.y.abs());
-        let reach = line.near.abs().max(line.far.abs()) + (cu.max(cv) + o.x.abs().max(o.y.abs())) / along;
+        let reach = line.near.abs().max(line.far.abs()) + line.size / along;
         line.margin = 32.0 * EPSILON * (o.z.abs() + d.z.abs() * reach);
         Some(Seen::Line(line))
     }
 
     /// On which side of the line a point lies, and how far times the direction's length.
     #[inline(always)]
-    pub(super) fn side(&self, [u, v]: [f64; 2]) -> f64 {
+    fn side(&self, [u, v]: [f64; 2]) -> f64 {
         self.direction.x * (v - self.origin.y) - self.direction.y * (u - self.origin.x)
+    }
+
+    /// Whether a point of the lattice counts as lying on the positive side of the line.
+    #[inline(always)]
+    pub(super) fn is_positive(&self, point: [u32; 2]) -> bool {
+        let side = self.side(point.map(f64::from));
+        side > 0.0 || side == 0.0 && self.zero_is_positive
+    }
+
+    /// Whether a point of the lattice lies exactly on the line.
+    #[inline(always)]
+    pub(super) fn is_on(&self, point: [u32; 2]) -> bool {
+        self.side(point.map(f64::from)) == 0.0
     }
 
     /// Whether the line meets a box, given by its lattice corners.
     #[inline(always)]
-    pub(super) fn meets(&self, [low, high]: [[u32; 2]; 2]) -> bool {
-        let ([u0, v0], [u1, v1]) = (low.map(f64::from), high.map(f64::from));
-        let first = self.side([u0, v0]) >= 0.0;
-        [[u1, v0], [u1, v1], [u0, v1]].into_iter().any(|p| (self.side(p) >= 0.0) != first)
+    pub(super) fn meets(&self, [[u0, v0], [u1, v1]]: [[u32; 2]; 2]) -> bool {
+        let first = self.is_positive([u0, v0]);
+        [[u1, v0], [u1, v1], [u0, v1]].into_iter().any(|p| self.is_positive(p) != first)
     }
 
     /// Parameters between which the line is in a box, within the ray's range; empty if the first is larger.
@@ -187,7 +213,10 @@ impl Line {
             d.x.abs() >= d.y.abs()
         };
         let t = if along_u { (p[0] + s * (q[0] - p[0]) - o.x) / d.x } else { (p[1] + s * (q[1] - p[1]) - o.y) / d.y };
-        Crossing { t, height: between(ha, hb, s) }
+        // The ray's height is off by the margin. The point is one of the edge, but up to 8 ε cells beside the ray (see there): on
+        // triangles no steeper than the edge that is 8 ε of its rise, once for either end, and its height is off by 3 ε.
+        let rounding = self.margin + 16.0 * EPSILON * (ha.abs().max(hb.abs()) + (hb - ha).abs() * self.size);
+        Crossing { edge: [a, b], t, height: between(ha, hb, s), rounding }
     }
 
     /// Bound of the vertical distance between the ray at a crossing and a triangle of this slope there, raw.

@@ -23,6 +23,7 @@ pub mod published;
 pub mod pyramid;
 pub mod selection;
 mod shadow;
+mod sign;
 mod stencil;
 
 pub use coverage::{Coverage, Displacement};

@@ -33,6 +33,7 @@ use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::Side;
 use super::pyramid::{larger, smaller};
 use super::selection::Selection;
+use super::sign::Sign;
 
 /// A place where a ray meets a terrain, in lattice coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -461,6 +462,8 @@ struct Contact {
     t: f64,
     patch: PatchId,
     facet: Facet,
+    /// For a wall between patches of different size: the side of the entered patch that it stands on.
+    wall: Option<Side>,
 }
 
 struct Walk<'t, F> {
@@ -471,10 +474,7 @@ struct Walk<'t, F> {
     v: Axis,
     /// 1 / (d_v − d_u) and 1 / (d_v + d_u), for the diagonals of patches.
     across: [f64; 2],
-    /// +1 above, −1 below, 0 not known yet.
-    sign: i8,
-    /// Where f became exactly 0, if it still is.
-    zero_since: Option<Contact>,
+    sign: Sign<Contact>,
     /// The patch of the last piece that was looked at closely.
     last: Option<PatchId>,
     found: F,
@@ -504,11 +504,11 @@ impl CoarseSurface<'_> {
             return;
         }
         let across = [1.0 / (d.y - d.x), 1.0 / (d.y + d.x)];
-        let mut walk = Walk { surface: *self, ray, u, v, across, sign: 0, zero_since: None, last: None, found };
+        let mut walk = Walk { surface: *self, ray, u, v, across, sign: Sign::unknown(), last: None, found };
         if d.x == 0.0 && d.y == 0.0 {
             walk.vertical();
         } else if let Some((start, sign)) = approach(o.z, d.z, self.fans.range, [ray.near, ray.far]) {
-            walk.sign = sign;
+            walk.sign.now = sign;
             walk.march(start);
         }
     }
@@ -552,15 +552,18 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
             z: self.height_along(start),
             left: step_limit,
         };
-        while match self.sign {
+        while match self.sign.now {
             1 => self.march_on::<1>(&mut place),
             -1 => self.march_on::<-1>(&mut place),
             _ => self.march_on::<0>(&mut place),
         } {}
+        if let Some((contact, entering)) = self.sign.end() {
+            self.report(&contact, entering);
+        }
     }
 
-    /// Walks on while the ray is on one side of the surface. `SIGN` says which: blocks on that side of the ray are passed, with 0 those
-    /// on any. Returns `true` when the sign has changed.
+    /// Walks on while the ray is on one side of the surface. `SIGN` says which: blocks on that side of the ray are passed, with 0
+    /// those on any. Returns `true` when the sign has changed.
     #[inline(always)]
     fn march_on<const SIGN: i8>(&mut self, place: &mut Place) -> bool {
         let (u, v, far) = (self.u, self.v, self.ray.far);
@@ -588,13 +591,14 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
                 let clear = match SIGN {
                     1 => smaller(z, z_leave) > high,
                     -1 => larger(z, z_leave) < low,
-                    _ => smaller(z, z_leave) > high || larger(z, z_leave) < low,
+                    // Not where it has started on the surface: which side is next is for f to say.
+                    _ => self.sign.zero_since.is_none() && (smaller(z, z_leave) > high || larger(z, z_leave) < low),
                 };
                 if clear {
                     if SIGN == 0 {
-                        self.sign = if z > high { 1 } else { -1 };
+                        self.sign.now = if z > high { 1 } else { -1 };
                     }
-                    self.zero_since = None;
+                    self.sign.zero_since = None;
                     self.last = None;
                 } else if node.below != Block::NONE {
                     // Also where a block is clear, but on the other side: so that the hit at its border gets its patch.
@@ -615,7 +619,7 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
                 line_u += if along_u { step_u } else { 0.0 };
                 line_v += if along_u { 0.0 } else { step_v };
                 (leave_u, leave_v) = (u.line(line_u), v.line(line_v));
-                if crossed != 0 || self.sign != SIGN {
+                if crossed != 0 || self.sign.now != SIGN {
                     break Err(crossed);
                 }
             };
@@ -643,7 +647,7 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
                         block = around;
                         crossed >>= block.bits();
                     }
-                    if self.sign != SIGN {
+                    if self.sign.now != SIGN {
                         (place.shift, place.column, place.row, place.depth) = (shift, column, row, depth);
                         (place.t, place.z, place.left) = (t, z, left);
                         return true;
@@ -691,13 +695,15 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
         let (b, fb) = if b > near && b < far { (b, fb) } else { (far, f1) };
         let ends =
             if a <= b { [(near, f0), (a, fa), (b, fb), (far, f1)] } else { [(near, f0), (b, fb), (a, fa), (far, f1)] };
-        let sign = f64::from(self.sign);
+        let sign = f64::from(self.sign.now);
         if f0 * sign > 0.0 && fa * sign > 0.0 && fb * sign > 0.0 && f1 * sign > 0.0 {
-            self.zero_since = None;
+            self.sign.zero_since = None;
             self.last = Some(patch);
             return true;
         }
-        self.follow(patch, &ends, |t| {
+        // No triangle rises by more than the range of heights over half the patch, along either axis.
+        let rise = 4.0 * square.scale * (f64::from(node.high) - f64::from(node.low));
+        self.follow((patch, node, rise), &ends, |t| {
             let (mu, mv) = at(t);
             square.facet(mu, mv)
         })
@@ -748,13 +754,14 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
         for (place, cut) in ends.iter_mut().skip(1).zip(cuts).take(count) {
             *place = cut;
         }
-        let sign = f64::from(self.sign);
+        let sign = f64::from(self.sign.now);
         if ends.iter().all(|&(_, f)| f * sign > 0.0) {
-            self.zero_since = None;
+            self.sign.zero_since = None;
             self.last = Some(patch);
             return true;
         }
-        self.follow(patch, &ends, facet)
+        let rises = Side::ALL.map(|side| fan.gradient(side)).map(|[gu, gv]| gu.abs() + gv.abs());
+        self.follow((patch, node, rises.into_iter().fold(0.0, larger)), &ends, facet)
     }
 
     /// A vertical ray meets the surface once.
@@ -784,15 +791,21 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
         };
         let t = (facet.height(o.x, o.y) - o.z) / d;
         if t >= self.ray.near && t <= self.ray.far {
-            self.report(patch, t, &facet, None, d < 0.0);
+            self.report(&Contact { t, patch, facet, wall: None }, d < 0.0);
         }
     }
 
     /// Follows the ray over a patch: `ends` are the parameters at which it enters it, goes from one of its triangles to the next, and
-    /// leaves it, with f there; beyond the last there may be copies of it. `facet` is the triangle at a parameter.
+    /// leaves it, with f there; beyond the last there may be copies of it. `facet` is the triangle at a parameter; for `rise` see
+    /// [`Walk::is_in_doubt`].
     #[cold]
     #[inline(never)]
-    fn follow(&mut self, patch: PatchId, ends: &[(f64, f64)], facet: impl Fn(f64) -> Facet) -> bool {
+    fn follow(
+        &mut self,
+        (patch, node, rise): (PatchId, &FanNode, f64),
+        ends: &[(f64, f64)],
+        facet: impl Fn(f64) -> Facet,
+    ) -> bool {
         let mut before = None;
         for (i, &(t, f)) in ends.iter().enumerate() {
             let (t0, f0) = before.unwrap_or((t, f));
@@ -800,45 +813,41 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
                 continue;
             }
             before = Some((t, f));
-            if f == 0.0 {
-                // On the surface: a crossing only if the sign is another afterwards. At the ends of the ray (or of the map) it is
-                // a hit.
-                let next = ends.iter().find(|(next, _)| *next > t);
-                let facet = facet(if i == 0 { 0.5 * (t + next.map_or(t, |next| next.0)) } else { 0.5 * (t0 + t) });
-                let end = t <= self.ray.near || t >= self.ray.far;
-                if end && self.zero_since.is_none() {
-                    let entering = if i == 0 { next.is_some_and(|next| next.1 < 0.0) } else { f0 > 0.0 };
-                    if !self.report(patch, t, &facet, None, entering) {
-                        return false;
-                    }
-                    // Counted: what follows is on the other side, or leaves again.
-                    self.sign = 0;
-                }
-                self.zero_since.get_or_insert(Contact { t, patch, facet });
+            if f == 0.0 || self.sign.turns(f) && self.is_in_doubt(t, f, patch, node, rise) {
+                let next = || ends.iter().find(|(next, _)| *next > t).map_or(t, |next| next.0);
+                let facet = facet(0.5 * (t + if i == 0 { next() } else { t0 }));
+                self.sign.zero_since.get_or_insert(Contact { t, patch, facet, wall: None });
                 continue;
             }
-            let sign = if f > 0.0 { 1 } else { -1 };
-            if self.sign != 0 && sign != self.sign {
-                // At the start of the patch: a wall between patches of unequal size, or rounding. Where the ray ran within the
-                // surface the hit is where it met it, which may be patches ago.
-                let wall = (i == 0 && self.zero_since.is_none())
-                    .then(|| self.entered_side(patch, t))
-                    .flatten()
-                    .filter(|&side| self.unequal(patch, side));
-                let at = self.zero_since.unwrap_or_else(|| Contact {
-                    t: if i == 0 { t } else { t0 + (t - t0) * (f0 / (f0 - f)) },
-                    patch,
-                    facet: facet(0.5 * (t0 + t)),
-                });
-                if !self.report(at.patch, at.t, &at.facet, wall, sign < 0) {
-                    return false;
-                }
+            let Some(turn) = self.sign.pass(f) else { continue };
+            // Where the ray ran within the surface the hit is where it met it, which may be patches ago.
+            let contact = turn.zero_since.unwrap_or_else(|| {
+                // At the start of the patch: a wall between patches of unequal size, or rounding.
+                let wall = (i == 0).then(|| self.entered_side(patch, t)).flatten();
+                let wall = wall.filter(|&side| self.unequal(patch, side));
+                let t = if i == 0 { t } else { t0 + (t - t0) * (f0 / (f0 - f)) };
+                Contact { t, patch, facet: facet(0.5 * (t0 + t)), wall }
+            });
+            if !self.report(&contact, turn.entering) {
+                return false;
             }
-            self.sign = sign;
-            self.zero_since = None;
         }
         self.last = Some(patch);
         true
+    }
+
+    /// Whether f has no sign that rounding could not have given it: at a corner or spoke it is computed from several triangles, and
+    /// would change to and fro within the last digits. `rise` bounds |∂w/∂u| + |∂w/∂v| of the fan's triangles.
+    ///
+    /// With ε = 2⁻⁵³: a parameter comes from two differences, a reciprocal and a product, which moves the ray's point by 4 ε of
+    /// |o| + |d t| in each axis, and going along the ray by 2 ε more; on the triangle that is as much times its slope. Its own height is off
+    /// by 2 ε of the centre's, and by 3 ε of what it rises over the patch's size; o_w + d_w t by 2 ε of its parts. Together less
+    /// than 8 ε of their sum.
+    fn is_in_doubt(&self, t: f64, f: f64, patch: PatchId, node: &FanNode, rise: f64) -> bool {
+        let (o, d) = (self.ray.origin.abs(), (self.ray.direction * t).abs());
+        let size = f64::from(self.surface.tree.size(patch.level));
+        let height = f64::from(larger(-node.low, node.high));
+        f.abs() <= 4.0 * f64::EPSILON * (o.z + d.z + height + rise * (o.x + d.x + o.y + d.y + size))
     }
 
     /// Whether the patch that was left last is of another level.
@@ -870,7 +879,7 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
 
     #[cold]
     #[inline(never)]
-    fn report(&mut self, patch: PatchId, t: f64, facet: &Facet, wall: Option<Side>, entering: bool) -> bool {
+    fn report(&mut self, &Contact { t, patch, facet, wall }: &Contact, entering: bool) -> bool {
         let tree = self.surface.tree;
         let mut error = self.surface.errors.get(tree, patch);
         let mut point = self.ray.at(t);

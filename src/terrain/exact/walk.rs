@@ -7,6 +7,7 @@ use crate::terrain::axis::{Axis, approach, number};
 use crate::terrain::height_field::HeightField;
 use crate::terrain::pick::LatticeRay;
 use crate::terrain::pyramid::{Height, Level, MinMaxPyramid, larger, smaller};
+use crate::terrain::sign::Sign;
 
 /// Blocks of the smallest level of the tree have 2^BASE_BITS cells a side.
 const BASE_BITS: u32 = MinMaxPyramid::BASE.trailing_zeros();
@@ -95,10 +96,7 @@ struct Walk<'t, T, G, F> {
     z: (f64, f64),
     near: f64,
     far: f64,
-    /// +1 above, −1 below, 0 not known yet.
-    sign: i8,
-    /// Where f became exactly 0, if it still is.
-    zero_since: Option<Contact>,
+    sign: Sign<Contact>,
     /// Steps that may still be made.
     left: u32,
     /// The ray's t is this times the walk's.
@@ -156,8 +154,7 @@ pub(super) fn walk<T: Height, G: Ground, F: FnMut(ExactHit) -> bool>(
         z: (o.z, d.z),
         near,
         far,
-        sign: 0,
-        zero_since: None,
+        sign: Sign::unknown(),
         left: limit,
         unit,
         found,
@@ -207,10 +204,10 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
         let Some((start, sign)) = approach(self.z.0, self.z.1, self.range(), [self.near, self.far]) else {
             return;
         };
-        self.sign = sign;
+        self.sign.now = sign;
         let mut place = Place { level: self.top, column: 0, row: 0, t: start, z: self.height_along(start) };
         loop {
-            let outcome = match self.sign {
+            let outcome = match self.sign.now {
                 1 => self.march::<1>(&mut place),
                 -1 => self.march::<-1>(&mut place),
                 _ => self.march::<0>(&mut place),
@@ -221,9 +218,8 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
                 Outcome::Ended => break,
             }
         }
-        if let Some(contact) = self.zero_since {
-            // The ray ends on the surface.
-            self.report(contact, self.sign > 0);
+        if let Some((contact, entering)) = self.sign.end() {
+            self.report(contact, entering);
         }
     }
 
@@ -293,12 +289,12 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
                     place.level += 1;
                     place.column >>= up;
                     place.row >>= up;
-                    if self.sign != SIGN {
+                    if self.sign.now != SIGN {
                         return Outcome::Turned;
                     }
                     break;
                 }
-                if self.sign != SIGN {
+                if self.sign.now != SIGN {
                     return Outcome::Turned;
                 }
             }
@@ -403,27 +399,16 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
     /// Follows f to its value at `t` over one triangle, from the value before on the same triangle.
     #[inline(always)]
     fn pass(&mut self, t: f64, f: f64, before: Option<(f64, f64)>, [column, row]: [usize; 2], upper: bool) -> bool {
-        let sign = if f > 0.0 { 1 } else { -1 };
-        if f == 0.0 || sign == -self.sign && self.is_in_doubt(t, f, [column, row]) {
-            // On the surface, as far as rounding can tell: a crossing only if the sign is another afterwards. It is where the
-            // ray first met the ground: not where it met a lid in one plane with it.
+        if f == 0.0 || self.sign.turns(f) && self.is_in_doubt(t, f, [column, row]) {
+            // Where the ray first met the ground: not where it met a lid in one plane with it.
             let contact = Contact { t, column, row, upper };
-            if self.zero_since.is_none_or(|first| self.on_ground(&first).is_none()) {
-                self.zero_since = Some(contact);
+            if self.sign.zero_since.is_none_or(|first| self.on_ground(&first).is_none()) {
+                self.sign.zero_since = Some(contact);
             }
             return true;
         }
-        let zero = self.zero_since.take();
-        if sign == self.sign {
-            return true;
-        }
-        // Where nothing was known before, being on the surface counts: the ray starts there.
-        let known = self.sign != 0 || zero.is_some();
-        self.sign = sign;
-        if !known {
-            return true;
-        }
-        let contact = zero.unwrap_or_else(|| {
+        let Some(turn) = self.sign.pass(f) else { return true };
+        let contact = turn.zero_since.unwrap_or_else(|| {
             let at = match before {
                 Some((t0, f0)) => (t0 + (t - t0) * (f0 / (f0 - f))).clamp(t0, t),
                 // The neighbour has rounded to the other side.
@@ -431,7 +416,7 @@ impl<T: Height, G: Ground, F: FnMut(ExactHit) -> bool> Walk<'_, T, G, F> {
             };
             Contact { t: at, column, row, upper }
         });
-        self.report(contact, sign < 0)
+        self.report(contact, turn.entering)
     }
 
     /// The triangle of the ground that a contact belongs to.
