@@ -386,12 +386,21 @@ fn a_run_that_is_stopped_leaves_what_it_has() {
 }
 
 #[test]
-fn a_scene_without_terrain_is_refused() {
+fn a_scene_without_terrain_to_look_at_is_refused() {
     let mut scene = Scene::new();
     let root = scene.root();
     scene.add(root, Cube::default()).unwrap();
     let error = cost::run(scene, &options(), &mut ()).unwrap_err();
     assert!(error.to_string().contains("no SeamlessTerrain"), "{error}");
+    let mut scene = spike(1.0);
+    let root = scene.root();
+    let squashed = scene.insert(Scale { scale_factor: DVec3::new(1.0, 0.0, 1.0) });
+    scene.insert_child(root, 0, squashed).unwrap();
+    let error = cost::run(scene, &options(), &mut ()).unwrap_err().to_string();
+    assert!(
+        error.starts_with("Separator/SeamlessTerrain[3]: a transform before the terrain scales by zero"),
+        "{error}"
+    );
 }
 
 #[test]

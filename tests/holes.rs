@@ -459,14 +459,25 @@ fn sight_and_heights_pass_through_holes() {
         assert!(surface.height_at(u, v).is_some(), "({u}, {v})");
         assert_eq!(surface.height_at(u, v).map(|p| p.height), field.filled_surface(u, v));
     }
-    let (above, below) = (DVec3::new(15.0, 15.0, 60.0), DVec3::new(15.5, 15.0, -60.0));
-    assert_eq!(surface.line_of_sight(above, below), None);
-    assert_eq!(surface.line_of_sight(below, above), None);
+    let (scene, _) = scene_of(&field, DetailMode::Full, VoidMode::Hole);
+    let sight = |a: [f64; 3], b: [f64; 3]| {
+        let [a, b] = [a, b].map(|[u, v, w]| DVec3::new(u, 32.0 - v, w));
+        let found = scene.line_of_sight(a, b).unwrap();
+        // To be seen is to see.
+        assert_eq!(found.is_some(), scene.line_of_sight(b, a).unwrap().is_some(), "{a} {b}");
+        found.map(|hit| match hit.detail {
+            HitDetail::Terrain(detail) => detail.entering,
+            other => panic!("{other:?}"),
+        })
+    };
+    let (above, below, aside) = ([15.0, 15.0, 60.0], [15.5, 15.0, -60.0], [28.0, 15.0, 60.0]);
+    assert_eq!(sight(above, below), None);
     // Down through the hole and up through the ground.
-    let aside = DVec3::new(28.0, 15.0, 60.0);
-    let hit = surface.line_of_sight(below, aside).expect("the ground is between");
-    assert!(!hit.entering);
-    assert!(surface.line_of_sight(aside, below).expect("and back").entering);
+    assert_eq!((sight(below, aside), sight(aside, below)), (Some(false), Some(true)));
+    // Below the ground, though nothing was met on the way there: through the hole, and from beside the map.
+    let under = [28.0, 15.0, -40.0];
+    assert_eq!(sight([19.5, 15.0, 20.0], under), Some(false));
+    assert_eq!(sight([50.0, 15.0, 5.0], under), Some(false));
 }
 
 /// The four triangles of a patch know nothing of the outline: a crossing counts where the full-resolution surface is ground.

@@ -117,8 +117,8 @@ impl Picker<'_> {
     ///
     /// Terrains are known up to the bound of error that a hit carries (rounding, on the exact surface), and so is the view over
     /// them: from an end on, the line may go below the ground by up to twice that bound, measured along the terrain's own z, and
-    /// is not blocked. Twice, since walls between coarse patches are as high again. An end further below does not see out: a line
-    /// that starts there is blocked where it comes out at the latest, and one that never does, by the ground above its start.
+    /// is not blocked. Twice, since walls between coarse patches are as high again. An end further below does not see out and is not
+    /// seen: a line that starts there is blocked where it comes out at the latest, and one that never does, by the ground above that end.
     /// A point sees itself.
     ///
     /// # Errors
@@ -131,7 +131,8 @@ impl Picker<'_> {
         let length = (b - a).length();
         let ray = Ray::new(a, b - a)?.with_range(0.0, length)?;
         let Some(first) = self.pick(&ray, false)?.pop() else {
-            return self.ground_above(a, b);
+            // From beside a terrain, or through a hole, the line may have come below it.
+            return Ok(self.ground_above(a, b)?.or(self.ground_above(b, a)?));
         };
         // Whether what is met is no more than an end that lies on the ground.
         let is_end = |hit: &PickedPoint| {

@@ -490,7 +490,8 @@ impl Visitor for Pick<'_, '_> {
             }
             // Most picks meet one thing; a list that grows by itself would begin with room for four.
             self.found.reserve_exact(usize::from(self.found.is_empty()));
-            self.found.push(PickedPoint { distance: hit.t * self.unit, ..picked(hit, state, path) });
+            // A sum of 0 and −0 is 0.
+            self.found.push(PickedPoint { distance: 0.0 + hit.t * self.unit, ..picked(hit, state, path) });
             if !self.all {
                 let far = self.far.iter_mut().skip(usize::from(style.on_top())).take(1);
                 far.for_each(|far| *far = far.min(hit.t));

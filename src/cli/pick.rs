@@ -135,21 +135,21 @@ pub(super) fn run(args: &Args) -> Outcome {
         out.line("nothing hit")?;
     } else {
         for hit in &hits {
-            out.line(sentence(hit, &scene))?;
+            out.line(sentence(hit, Some(hit.distance), &scene))?;
         }
     }
     out.flush()
 }
 
-/// A hit for people.
-pub(super) fn sentence(hit: &PickedPoint, scene: &Scene) -> String {
+/// A hit for people, with its distance from where somebody looks.
+pub(super) fn sentence(hit: &PickedPoint, distance: Option<f64>, scene: &Scene) -> String {
     let (p, n) = (hit.point, hit.normal);
     let mut text = format!(
-        "{} {} {}  distance {}  normal {:.6} {:.6} {:.6}  {}",
+        "{} {} {}{}  normal {:.6} {:.6} {:.6}  {}",
         p.x,
         p.y,
         p.z,
-        hit.distance,
+        distance.map_or_else(String::new, |distance| format!("  distance {distance}")),
         n.x,
         n.y,
         n.z,
@@ -173,10 +173,10 @@ fn stream(
     picker: &Picker<'_>,
     failed: &(impl Fn(ActionError) -> Failure + Sync),
 ) -> Outcome {
+    let unreadable = |error| Failure::Error(format!("can not read the rays in {}: {error}", path.display()));
     let source: Box<dyn Read> = if path.as_os_str() == "-" {
         Box::new(io::stdin().lock())
     } else {
-        let unreadable = |error| Failure::Error(format!("can not read the rays in {}: {error}", path.display()));
         Box::new(std::fs::File::open(path).map_err(unreadable)?)
     };
     let mut source = BufReader::with_capacity(1 << 18, source);
@@ -186,9 +186,7 @@ fn stream(
     loop {
         lines.clear();
         let mut line = Vec::new();
-        while source.read_until(b'\n', &mut line).map_err(|e| Failure::Error(format!("can not read the rays: {e}")))?
-            > 0
-        {
+        while source.read_until(b'\n', &mut line).map_err(unreadable)? > 0 {
             lines.push(std::mem::take(&mut line));
             if lines.len() >= CHUNK || !source.buffer().contains(&b'\n') {
                 break;

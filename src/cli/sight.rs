@@ -63,7 +63,7 @@ pub(super) fn run(args: &Args) -> Outcome {
     } else {
         match &found {
             None => out.line(nothing)?,
-            Some(hit) => out.line(sentence(hit, &scene))?,
+            Some(hit) => out.line(sentence(hit, args.between.map(|_| hit.distance), &scene))?,
         }
     }
     out.flush()

@@ -79,6 +79,9 @@ impl Bench {
         };
         // The last of the largest.
         let main = found.into_iter().max_by_key(samples).ok_or(CostError::NoTerrain)?;
+        if main.model.matrix3.determinant() == 0.0 {
+            return Err(CostError::Flat { path: main.names });
+        }
         for &key in &terrains {
             // The eye that looks decides.
             if let Some(mut node) = scene.edit::<SeamlessTerrain>(key) {

@@ -57,6 +57,12 @@ pub enum CostError {
     /// There is nothing whose detail could be chosen.
     #[error("there is no SeamlessTerrain in the scene: only its detail has a cost to choose")]
     NoTerrain,
+    /// The largest terrain can not be looked at from anywhere.
+    #[error("{}: a transform before the terrain scales by zero, so that nothing of it can be seen: scale by something else", path.join("/"))]
+    Flat {
+        /// The way to it.
+        path: Vec<String>,
+    },
     /// The scene can not be looked at.
     #[error(transparent)]
     Action(#[from] ActionError),

@@ -237,6 +237,26 @@ fn inside(triangle: &DrawnTriangle, p: [f64; 2]) -> Option<[f64; 3]> {
     })
 }
 
+/// Weights of a wall's corners at a point of it; corners and point by a coordinate along the wall and a height. Between the longest edge
+/// and the two others above or below: a wall may have next to no area.
+fn on_wall([a, b, c]: [[f64; 2]; 3], [x, z]: [f64; 2]) -> [f64; 3] {
+    let mut corners = [(a, [1.0, 0.0, 0.0]), (b, [0.0, 1.0, 0.0]), (c, [0.0, 0.0, 1.0])];
+    corners.sort_by(|p, q| p.0[0].total_cmp(&q.0[0]));
+    let [first, middle, last] = corners;
+    // A point between two, of which a coordinate is given; the first if they have it in common.
+    let mix = |p: ([f64; 2], [f64; 3]), q: ([f64; 2], [f64; 3]), of: usize, at: f64| {
+        let [from, to] = if of == 0 { [p.0[0], q.0[0]] } else { [p.0[1], q.0[1]] };
+        let s = if from == to { 0.0 } else { ((at - from) / (to - from)).clamp(0.0, 1.0) };
+        let blend = |p: f64, q: f64| p + s * (q - p);
+        let ([p0, p1], [p2, p3, p4]) = p;
+        let ([q0, q1], [q2, q3, q4]) = q;
+        ([blend(p0, q0), blend(p1, q1)], [blend(p2, q2), blend(p3, q3), blend(p4, q4)])
+    };
+    let long = mix(first, last, 0, x);
+    let short = if x < middle.0[0] { mix(first, middle, 0, x) } else { mix(middle, last, 0, x) };
+    mix(long, short, 1, z).1
+}
+
 /// Slope of a triangle in raw units per cell; zero if it has no area.
 fn gradient(triangle: &DrawnTriangle) -> [f64; 2] {
     let [a, b, c] = triangle.corners.map(|corner| corner.map(f64::from));
@@ -526,23 +546,20 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
         let corners = triangle.corners.map(|corner| corner.map(f64::from));
         let [cu, cv] = cells.map(f64::from);
         let p = DVec3::new(p.x.clamp(0.0, cu), p.y.clamp(0.0, cv), p.z);
-        // A sliver is seen from the side, along the border and upwards.
         let edge_on = is_sliver(&triangle).then(|| border(&triangle, cells)).flatten();
-        let flat = |[u, v]: [f64; 2], w: f64| match edge_on {
-            None => [u, v],
-            Some(Side::East | Side::West) => [v, w],
-            Some(Side::North | Side::South) => [u, w],
-        };
         let [a, b, c] = corners;
         let [ha, hb, hc] = triangle.heights;
-        let (a, b, c, p2) = (flat(a, ha), flat(b, hb), flat(c, hc), flat([p.x, p.y], p.z));
-        let area = cross(a, b, c);
-        let weights = [cross(p2, b, c), cross(p2, c, a), cross(p2, a, b)].map(|w| (w / area).clamp(0.0, 1.0));
-        let sum: f64 = weights.iter().sum();
-        let barycentric = if area != 0.0 && sum > 0.0 { weights.map(|w| w / sum) } else { [1.0, 0.0, 0.0] };
-        let height = match edge_on {
-            Some(_) => p.z,
-            None => ha + barycentric[1] * (hb - ha) + barycentric[2] * (hc - ha),
+        let (barycentric, height) = match edge_on {
+            // Seen from the side, along the border and upwards.
+            Some(Side::East | Side::West) => (on_wall([[a[1], ha], [b[1], hb], [c[1], hc]], [p.y, p.z]), p.z),
+            Some(Side::North | Side::South) => (on_wall([[a[0], ha], [b[0], hb], [c[0], hc]], [p.x, p.z]), p.z),
+            None => {
+                let (at, area) = ([p.x, p.y], cross(a, b, c));
+                let weights = [cross(at, b, c), cross(at, c, a), cross(at, a, b)].map(|w| (w / area).clamp(0.0, 1.0));
+                let sum: f64 = weights.iter().sum();
+                let weights = if area != 0.0 && sum > 0.0 { weights.map(|w| w / sum) } else { [1.0, 0.0, 0.0] };
+                (weights, ha + weights[1] * (hb - ha) + weights[2] * (hc - ha))
+            }
         };
         DrawnHit {
             t: t * self.line.unit,

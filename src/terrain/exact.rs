@@ -178,49 +178,6 @@ impl ExactSurface<'_> {
         Some(SurfacePoint { height, gradient: triangle_gradient(self.field, cell, upper), cell, upper })
     }
 
-    /// The first obstacle on the straight line from `a` to `b`, `None` if they see each other. An end that lies on the
-    /// ground does not block the view by itself; an end below it does not see out. A line that runs within the ground
-    /// before it goes below is blocked where it first meets the ground. Through a hole one can see. In the hit, t runs from 0 at `a` to 1 at `b`.
-    ///
-    /// ```
-    /// use glam::DVec3;
-    /// use seamount::terrain::{ExactSurface, HeightField, MinMaxPyramid, Voids};
-    ///
-    /// // A ridge of height 100 runs from north to south through the middle of a plain.
-    /// let field = HeightField::from_u16(5, 2, vec![0, 0, 100, 0, 0, 0, 0, 100, 0, 0], Voids::default())?;
-    /// let surface = ExactSurface { field: &field, pyramid: &MinMaxPyramid::new(&field) };
-    /// let (west, east) = (DVec3::new(0.0, 0.5, 0.0), DVec3::new(4.0, 0.5, 0.0));
-    /// assert_eq!(surface.line_of_sight(west, DVec3::new(2.0, 0.5, 100.0)), None);
-    /// let up = DVec3::new(0.0, 0.0, 50.0);
-    /// assert_eq!(surface.line_of_sight(west + up, east + up).map(|hit| hit.point.x), Some(1.5));
-    /// # Ok::<(), seamount::terrain::HeightFieldError>(())
-    /// ```
-    #[must_use]
-    pub fn line_of_sight(&self, a: DVec3, b: DVec3) -> Option<ExactHit> {
-        let ray = LatticeRay { origin: a, direction: b - a, near: 0.0, far: 1.0 };
-        // Whether an end lies on the ground, up to rounding, and the line between it and t does not go deeper (nor through a
-        // hole below it).
-        let rests = |end: DVec3, t: f64, slack: f64| {
-            let gap = |p: DVec3| self.field.filled_surface(p.x, p.y).map_or(f64::INFINITY, |h| p.z - h);
-            let middle = end + ((a + ray.direction * t) - end) * 0.5;
-            gap(end).abs() <= slack && gap(middle) >= -slack
-        };
-        let mut inside: Option<ExactHit> = None;
-        let mut obstacle = None;
-        self.walk(&ray, |hit| {
-            match inside {
-                None if hit.entering => inside = Some(hit),
-                // Out of the ground at `a` itself.
-                None if rests(a, hit.t, hit.error) => {}
-                None => obstacle = Some(hit),
-                Some(_) => obstacle = inside,
-            }
-            obstacle.is_none()
-        });
-        // Into the ground at `b` itself is no obstacle.
-        obstacle.or(inside.filter(|hit| !rests(b, hit.t, hit.error)))
-    }
-
     fn walk(&self, ray: &LatticeRay, found: impl FnMut(ExactHit) -> bool) -> u32 {
         match (self.field.samples(), self.pyramid.levels()) {
             (Samples::U16(samples), Levels::U16(levels)) => self.walk_over(samples, levels, ray, found),
