@@ -300,6 +300,25 @@ fn special_rays() {
     // From on the surface: down hits at once, up never.
     assert_eq!(scene.hits(&ray([5.0, 5.0, 1000.0], [0.0, 0.0, -1.0]))[0].t, 0.0);
     assert_eq!(scene.hits(&ray([5.0, 5.0, 1000.0], [1.0, 0.0, -1.0]))[0].t, 0.0);
+    // Nearly so: too steep for a reciprocal, a direction gave NaN.
+    for tiny in [1e-290, 1e-304, 1e-305, 1e-310, 5e-324] {
+        for [du, dv] in [[tiny, 0.0], [-tiny, 0.0], [tiny, tiny], [0.0, -tiny]] {
+            let hits = scene.hits(&ray([5.3, 7.2, 2000.0], [du, dv, -1.0]));
+            let right = |hit: &TerrainHit| {
+                (hit.t - 1000.0).abs() < 1e-9 && hit.point.distance(DVec3::new(5.3, 7.2, 1000.0)) < 1e-9
+            };
+            assert!(hits.len() == 1 && right(&hits[0]), "{du:e} {dv:e}: {hits:?}");
+        }
+    }
+    // Directions need no length, and t counts in them.
+    for scale in [2f64.powi(-1000), 2f64.powi(-600), 2f64.powi(-30), 2f64.powi(60), 2f64.powi(600), 2f64.powi(1000)] {
+        let hits = scene.hits(&ray([-10.0, 8.0, 1100.0], [0.25 * scale, 0.0, -scale]));
+        assert_eq!(
+            (hits.len(), hits[0].t * scale, hits[0].point),
+            (1, 100.0, DVec3::new(15.0, 8.0, 1000.0)),
+            "{scale}"
+        );
+    }
     // Along a grid line and along a diagonal, downwards.
     assert_eq!(first(ray([-10.0, 8.0, 1100.0], [0.2, 0.0, -1.0])).unwrap().0, DVec3::new(10.0, 8.0, 1000.0));
     assert_eq!(first(ray([-10.0, -10.0, 1100.0], [0.2, 0.2, -1.0])).unwrap().0, DVec3::new(10.0, 10.0, 1000.0));

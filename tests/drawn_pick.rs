@@ -234,9 +234,9 @@ fn ray_of(class: u32, land: &Land, rng: &mut Rng) -> LatticeRay {
     LatticeRay { origin, direction, near: 0.0, far: f64::INFINITY }
 }
 
-/// Where a ray meets a triangle, in f64 and borders included, with a slack around it: the parameter, and how deep within the
-/// triangle the place lies (least weight), negative outside.
-fn meets(ray: &LatticeRay, triangle: &DrawnTriangle) -> Option<(f64, f64)> {
+/// Where a ray meets a triangle, in f64 and borders included, with a slack around it: the parameter, how deep within the
+/// triangle the place lies (least weight), negative outside, and how fast the ray's height above the triangle changes there.
+fn meets(ray: &LatticeRay, triangle: &DrawnTriangle) -> Option<(f64, f64, f64)> {
     let [a, b, c] = [0, 1, 2].map(|k| {
         let [u, v] = triangle.corners[k];
         DVec3::new(u.into(), v.into(), triangle.heights[k])
@@ -257,7 +257,7 @@ fn meets(ray: &LatticeRay, triangle: &DrawnTriangle) -> Option<(f64, f64)> {
         let place = (s + ray.direction * t).truncate();
         (u, v) = (place.perp_dot(e2.truncate()) / area, e1.truncate().perp_dot(place) / area);
     }
-    Some((t, u.min(v).min(1.0 - u - v)))
+    Some((t, u.min(v).min(1.0 - u - v), (det / area).abs()))
 }
 
 /// Every hit is one of brute force, and every one of brute force is hit, in order and with alternating signs.
@@ -272,20 +272,24 @@ fn all_triangles_agree() {
             for _ in 0..count {
                 let ray = ray_of(class, &land, &mut rng);
                 let ours = land.hits(&ray);
-                let all: Vec<(f64, f64)> = triangles.iter().filter_map(|t| meets(&ray, t)).collect();
-                // The difference of heights of 10⁹ and less keeps about so many digits of them, seen along the ray.
-                let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (1.0 + a.abs());
+                let all: Vec<(f64, f64, f64)> = triangles.iter().filter_map(|t| meets(&ray, t)).collect();
+                // The difference of heights of 10⁹ and less keeps about so many digits of them, seen along the ray; or the rounding
+                // that the hit tells of: it is where the ray met the surface as far as that can say.
+                let close = |t: f64, rate: f64, hit: &DrawnHit| {
+                    let off = (t - hit.t).abs();
+                    off <= 1e-9 * (1.0 + t.abs()) || off * rate <= hit.rounding
+                };
                 for hit in &ours {
-                    let found = all.iter().any(|&(t, depth)| depth >= -1e-7 && close(t, hit.t));
+                    let found = all.iter().any(|&(t, depth, rate)| depth >= -1e-7 && close(t, rate, hit));
                     assert!(found, "invented: {hit:?}\n{ray:?}");
                     let p = ray.origin + ray.direction * hit.t;
                     let off = hit.triangle.heights.iter().zip(hit.barycentric).map(|(h, w)| h * w).sum::<f64>() - p.z;
                     assert!(off.abs() <= hit.rounding, "{off} beyond {}: {hit:?}\n{ray:?}", hit.rounding);
                     borders += usize::from(hit.border.is_some());
                 }
-                for &(t, depth) in &all {
+                for &(t, depth, rate) in &all {
                     if depth >= 1e-7 && t >= 0.0 {
-                        assert!(ours.iter().any(|hit| close(t, hit.t)), "lost: {t} {depth}\n{ray:?}\n{ours:?}");
+                        assert!(ours.iter().any(|hit| close(t, rate, hit)), "lost: {t} {depth}\n{ray:?}\n{ours:?}");
                     }
                 }
                 for pair in ours.windows(2) {

@@ -373,18 +373,18 @@ impl Picker<'_> {
 }
 
 /// The order of hits: those on top first, then by distance; at one distance in the order of the walk. Copies of one shape that
-/// meet are told apart by what was hit, so that the order never depends on how it was found.
+/// meet are told apart by where they stand, so that the order never depends on how it was found. Hits of one shape at one distance
+/// stay in the order in which it tells them: into the ground, and out again.
 fn order(a: &PickedPoint, b: &PickedPoint) -> Ordering {
-    let by_numbers = |a: DVec3, b: DVec3| {
-        let pairs = a.to_array().into_iter().zip(b.to_array());
+    let by_places = |a: DAffine3, b: DAffine3| {
+        let pairs = a.to_cols_array().into_iter().zip(b.to_cols_array());
         pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
     };
     b.on_top
         .cmp(&a.on_top)
         .then(a.distance.total_cmp(&b.distance))
         .then_with(|| a.path.indices().cmp(b.path.indices()))
-        .then_with(|| by_numbers(a.point, b.point))
-        .then_with(|| by_numbers(a.normal, b.normal))
+        .then_with(|| by_places(a.local_to_world, b.local_to_world))
 }
 
 struct Pick<'p, 's> {

@@ -13,7 +13,7 @@
 //! Patches are visited front to back; one that the ray passes above or below all heights of is left out. In an active patch
 //! each triangle that the line crosses gives two values of f = w_ray − h, where the line comes in and where it goes out.
 //! Neighbours compute the same two numbers for the edge that they share (see the module `line`), so the triangles make a chain from
-//! edge to edge along which f is followed, as on the other surfaces, by its sign (see the module `sign`); those that lie on one side
+//! edge to edge along which f is followed, as on the other surfaces, by its sign (see the module `sign`). Patches that lie on one side
 //! beyond doubt are left out of it. So on a surface without cracks no crossing is lost between two triangles, and none is found
 //! twice. Where the chain is broken, 0 counts as above.
 //!
@@ -21,7 +21,7 @@
 //! exactly on it, hits it there. The number of steps is bounded by that of the patches and triangles that the line meets.
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::drawn::{DrawnSurface, DrawnTriangle};
 use super::errors::TileErrors;
@@ -238,23 +238,17 @@ fn inside(triangle: &DrawnTriangle, p: [f64; 2]) -> Option<[f64; 3]> {
 }
 
 /// Weights of a wall's corners at a point of it; corners and point by a coordinate along the wall and a height. Between the longest edge
-/// and the two others above or below: a wall may have next to no area.
-fn on_wall([a, b, c]: [[f64; 2]; 3], [x, z]: [f64; 2]) -> [f64; 3] {
-    let mut corners = [(a, [1.0, 0.0, 0.0]), (b, [0.0, 1.0, 0.0]), (c, [0.0, 0.0, 1.0])];
-    corners.sort_by(|p, q| p.0[0].total_cmp(&q.0[0]));
+/// and the two others above or below it: a wall may have next to no area.
+fn on_wall([a, b, c]: [DVec2; 3], at: DVec2) -> [f64; 3] {
+    let mut corners = [(a, DVec3::X), (b, DVec3::Y), (c, DVec3::Z)];
+    corners.sort_by(|(p, _), (q, _)| p.x.total_cmp(&q.x));
     let [first, middle, last] = corners;
-    // A point between two, of which a coordinate is given; the first if they have it in common.
-    let mix = |p: ([f64; 2], [f64; 3]), q: ([f64; 2], [f64; 3]), of: usize, at: f64| {
-        let [from, to] = if of == 0 { [p.0[0], q.0[0]] } else { [p.0[1], q.0[1]] };
-        let s = if from == to { 0.0 } else { ((at - from) / (to - from)).clamp(0.0, 1.0) };
-        let blend = |p: f64, q: f64| p + s * (q - p);
-        let ([p0, p1], [p2, p3, p4]) = p;
-        let ([q0, q1], [q2, q3, q4]) = q;
-        ([blend(p0, q0), blend(p1, q1)], [blend(p2, q2), blend(p3, q3), blend(p4, q4)])
-    };
-    let long = mix(first, last, 0, x);
-    let short = if x < middle.0[0] { mix(first, middle, 0, x) } else { mix(middle, last, 0, x) };
-    mix(long, short, 1, z).1
+    let part = |from: f64, to: f64, at: f64| if from == to { 0.0 } else { ((at - from) / (to - from)).clamp(0.0, 1.0) };
+    let mix = |p: (DVec2, DVec3), q: (DVec2, DVec3), s: f64| (p.0.lerp(q.0, s), p.1.lerp(q.1, s));
+    let along = |p: (DVec2, DVec3), q: (DVec2, DVec3)| mix(p, q, part(p.0.x, q.0.x, at.x));
+    let long = along(first, last);
+    let short = if at.x < middle.0.x { along(first, middle) } else { along(middle, last) };
+    mix(long, short, part(long.0.y, short.0.y, at.y)).1.to_array()
 }
 
 /// Slope of a triangle in raw units per cell; zero if it has no area.
@@ -322,7 +316,7 @@ struct Walk<'t, F> {
     sign: Sign<Contact>,
     /// Where the last piece ended: the edge, the parameter, and the height above the surface there.
     last: Option<(Edge, f64, f64)>,
-    /// Pieces of one patch.
+    /// Those of one patch.
     pieces: Vec<Piece>,
     found: F,
 }
@@ -384,6 +378,7 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
             let samples = [low, [(u1 + around).min(cells[0]), (v1 + around).min(cells[1])]];
             line.meets(group) && line.clear_of(range(pyramid, samples), line.within(group)) == 0
         };
+        let mut clear = true;
         for (triangle, [i, j, k]) in drawn.with_lids_where(patch, may_meet) {
             let [p, q, r] = triangle.corners.map(|corner| line.is_positive(corner));
             if p == q && q == r {
@@ -404,12 +399,14 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
                 }
             }
             let (Some((enter, entered)), Some((leave, left))) = (entered, left) else { continue };
-            // Most pieces lie on one side, beyond doubt: of the others, and of those that are in one place, the order is to be found.
+            self.pieces.push(Piece { enter, leave, entered, left, patch, triangle });
             let [f0, f1] = [enter, leave].map(|end| line.height(end.t) - end.height);
-            let beyond = f0.abs() > enter.rounding && f1.abs() > leave.rounding && enter.t < leave.t;
-            if !(beyond && (f0 > 0.0) == (f1 > 0.0)) {
-                self.pieces.push(Piece { enter, leave, entered, left, patch, triangle });
-            }
+            clear &= f0.abs() > enter.rounding && f1.abs() > leave.rounding && (f0 > 0.0) == (f1 > 0.0);
+        }
+        // In most patches all pieces lie on one side, beyond doubt.
+        if clear {
+            self.pieces.clear();
+            return true;
         }
         // One after the other from edge to edge; parameters say where a chain begins, but not more: around a corner, and in slivers,
         // those of several edges are the same but for rounding.
@@ -431,12 +428,11 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
     fn follow(&mut self, piece: &Piece) -> bool {
         let &Piece { enter, leave, .. } = piece;
         let (near, far) = (self.line.near, self.line.far);
-        // Parameter, height above the triangle, the doubt about it, and the edge; none where the ray starts or ends within the triangle.
-        let on_edge = |edge: Crossing| (edge.t, self.line.height(edge.t) - edge.height, edge.rounding, Some(edge.edge));
+        // Parameter, height above the triangle, and the edge; none where the ray starts or ends within the triangle.
+        let on_edge = |edge: Crossing| (edge.t, self.line.height(edge.t) - edge.height, Some(edge.edge));
         let within = |t: f64| {
             let s = (t - enter.t) / (leave.t - enter.t);
-            let f = self.line.height(t) - between(enter.height, leave.height, s);
-            (t, f, enter.rounding.max(leave.rounding), None)
+            (t, self.line.height(t) - between(enter.height, leave.height, s), None)
         };
         let start = if enter.t < near && near <= leave.t { within(near) } else { on_edge(enter) };
         let end = if leave.t > far && far >= enter.t { within(far) } else { on_edge(leave) };
@@ -449,7 +445,18 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
             }
             return true;
         }
+        // Half the bound that hits carry, which leaves room for the place of the hit itself. Either triangle at an edge is as uncertain
+        // as it is steep.
+        let (line, cells) = (self.line, self.pick.drawn.tree.cells());
+        let (steepness, height) = (gradient(&piece.triangle), enter.height.abs().max(leave.height.abs()));
+        let doubt = |t: f64| 0.5 * line.rounding(t, height, steepness, cells);
         if !goes_on {
+            // What lies on one side beyond doubt says nothing by itself: it may have its place before what has been seen, around
+            // a corner.
+            let [beyond, beyond_too] = [start, end].map(|(t, f, _)| f.abs() > doubt(t));
+            if beyond && beyond_too && (start.1 > 0.0) == (end.1 > 0.0) {
+                return true;
+            }
             if !self.end() {
                 return false;
             }
@@ -464,8 +471,8 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
             };
         }
         let mut before: Option<(f64, f64)> = None;
-        for (t, f, doubt, edge) in [start, end] {
-            if f == 0.0 || self.sign.turns(f) && f.abs() <= doubt {
+        for (t, f, edge) in [start, end] {
+            if f == 0.0 || self.sign.turns(f) && f.abs() <= doubt(t) {
                 if self.sign.zero_since.is_none_or(|first| !first.drawn) {
                     self.sign.zero_since = Some(self.contact(piece, t, edge));
                 }
@@ -551,8 +558,11 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
         let [ha, hb, hc] = triangle.heights;
         let (barycentric, height) = match edge_on {
             // Seen from the side, along the border and upwards.
-            Some(Side::East | Side::West) => (on_wall([[a[1], ha], [b[1], hb], [c[1], hc]], [p.y, p.z]), p.z),
-            Some(Side::North | Side::South) => (on_wall([[a[0], ha], [b[0], hb], [c[0], hc]], [p.x, p.z]), p.z),
+            Some(side) => {
+                let along_v = matches!(side, Side::East | Side::West);
+                let flat = |[u, v]: [f64; 2], w: f64| DVec2::new(if along_v { v } else { u }, w);
+                (on_wall([flat(a, ha), flat(b, hb), flat(c, hc)], flat([p.x, p.y], p.z)), p.z)
+            }
             None => {
                 let (at, area) = ([p.x, p.y], cross(a, b, c));
                 let weights = [cross(at, b, c), cross(at, c, a), cross(at, a, b)].map(|w| (w / area).clamp(0.0, 1.0));

@@ -439,7 +439,33 @@ impl LatticeRay {
     fn at(&self, t: f64) -> DVec3 {
         self.origin + self.direction * t
     }
+
+    /// The same ray with reciprocals and products that are finite, and the factor from its parameters to those of this one. `None` for
+    /// one that is not finite, has no direction, or an empty range.
+    #[inline(always)]
+    pub(super) fn tamed(&self) -> Option<(Self, f64)> {
+        let Self { origin, mut direction, mut near, mut far } = *self;
+        let length = direction.abs().max_element();
+        if !(origin.is_finite() && direction.is_finite() && length > 0.0 && near <= far) {
+            return None;
+        }
+        let mut unit = 1.0;
+        if !(1.0 / EXTREME..EXTREME).contains(&length) {
+            // Powers of two are exact. The factor has to be a float itself.
+            let exponent = (length.log2().floor() as i32).clamp(-1000, 1000);
+            unit = 2f64.powi(-exponent);
+            direction *= unit;
+            (near, far) = (near / unit, far / unit);
+        }
+        // Too steep for a reciprocal, a ray is vertical: before it has moved by a cell it is beyond all heights.
+        let upright = |d: f64| if d.abs() < 1e-300 { 0.0 } else { d };
+        let direction = DVec3::new(upright(direction.x), upright(direction.y), direction.z);
+        (direction != DVec3::ZERO).then_some((Self { origin, direction, near, far }, unit))
+    }
 }
+
+/// Directions beyond are scaled.
+const EXTREME: f64 = 1e120;
 
 /// What a pick on the coarse surface needs.
 #[derive(Debug, Clone, Copy)]
@@ -477,6 +503,8 @@ struct Walk<'t, F> {
     sign: Sign<Contact>,
     /// The patch of the last piece that was looked at closely.
     last: Option<PatchId>,
+    /// The ray's t is this times the walk's.
+    unit: f64,
     found: F,
 }
 
@@ -486,12 +514,9 @@ impl CoarseSurface<'_> {
     /// A ray whose origin or direction is not finite, whose direction is zero or whose range is empty crosses nothing.
     pub fn intersect(&self, ray: &LatticeRay, found: impl FnMut(TerrainHit) -> bool) {
         let [cu, cv] = self.tree.cells();
+        let Some((mut ray, unit)) = ray.tamed() else { return };
         let (o, d) = (ray.origin, ray.direction);
-        if !(o.is_finite() && d.is_finite()) || d == DVec3::ZERO {
-            return;
-        }
         let (u, v) = (Axis::new(o.x, d.x, cu), Axis::new(o.y, d.y, cv));
-        let mut ray = *ray;
         for axis in [u, v] {
             if axis.direction == 0.0 && !(0.0..=f64::from(axis.cells)).contains(&axis.origin) {
                 return;
@@ -500,14 +525,15 @@ impl CoarseSurface<'_> {
             ray.near = ray.near.max(near);
             ray.far = ray.far.min(far);
         }
-        if ray.near > ray.far || ray.near.is_nan() || ray.far.is_nan() {
-            return;
-        }
         let across = [1.0 / (d.y - d.x), 1.0 / (d.y + d.x)];
-        let mut walk = Walk { surface: *self, ray, u, v, across, sign: Sign::unknown(), last: None, found };
+        let mut walk = Walk { surface: *self, ray, u, v, across, sign: Sign::unknown(), last: None, unit, found };
         if d.x == 0.0 && d.y == 0.0 {
             walk.vertical();
-        } else if let Some((start, sign)) = approach(o.z, d.z, self.fans.range, [ray.near, ray.far]) {
+        } else if ray.near <= ray.far
+            && ray.near.is_finite()
+            && ray.far.is_finite()
+            && let Some((start, sign)) = approach(o.z, d.z, self.fans.range, [ray.near, ray.far])
+        {
             walk.sign.now = sign;
             walk.march(start);
         }
@@ -896,8 +922,8 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
         if field.has_holes() && field.ground_at(point.x, point.y).is_none() {
             return true;
         }
-        let hit = TerrainHit { t, point, gradient: facet.gradient, wall, patch, triangle: facet.side, error, entering };
-        (self.found)(hit)
+        let (t, gradient, triangle) = (t * self.unit, facet.gradient, facet.side);
+        (self.found)(TerrainHit { t, point, gradient, wall, patch, triangle, error, entering })
     }
 
     /// The patch itself or the active one that contains it.

@@ -13,8 +13,6 @@ use crate::terrain::sign::Sign;
 const BASE_BITS: u32 = MinMaxPyramid::BASE.trailing_zeros();
 /// From level to level of the walk the side of a block grows by 2^STEP_BITS.
 const STEP_BITS: u32 = 2;
-/// Directions beyond are scaled by a power of two first, so that reciprocals and products stay finite.
-const EXTREME: f64 = 1e120;
 
 pub(super) fn step_limit([columns, rows]: [u32; 2]) -> u32 {
     columns + rows + (columns + rows) / 2 + 2 * u32::BITS
@@ -113,25 +111,11 @@ pub(super) fn walk<T: Height, G: Ground, F: FnMut(ExactHit) -> bool>(
     ray: &LatticeRay,
     found: F,
 ) -> u32 {
-    let LatticeRay { origin: o, mut direction, mut near, mut far } = *ray;
-    let length = direction.abs().max_element();
     let base = levels.first().map_or([0; 2], |l| [l.columns, l.rows]);
-    if !(o.is_finite() && direction.is_finite() && length > 0.0 && near <= far)
-        || base != cells.map(|n| n.div_ceil(MinMaxPyramid::BASE))
-    {
+    if base != cells.map(|n| n.div_ceil(MinMaxPyramid::BASE)) {
         return 0;
     }
-    let mut unit = 1.0;
-    if !(1.0 / EXTREME..EXTREME).contains(&length) {
-        // Powers of two are exact. In two steps, as the factor itself may not be a float.
-        let exponent = (length.log2().floor() as i32).clamp(-1000, 1000);
-        unit = 2f64.powi(-exponent);
-        direction *= unit;
-        (near, far) = (near / unit, far / unit);
-    }
-    // Too steep for a reciprocal, a ray is vertical: before it has moved by a cell it is beyond all heights.
-    let upright = |d: f64| if d.abs() < 1e-300 { 0.0 } else { d };
-    let d = DVec3::new(upright(direction.x), upright(direction.y), direction.z);
+    let Some((LatticeRay { origin: o, direction: d, mut near, far }, unit)) = ray.tamed() else { return 0 };
     // A ray beside the map, along its lines.
     let beside = |o: f64, d: f64, cells: u32| d == 0.0 && !(0.0..=f64::from(cells)).contains(&o);
     if beside(o.x, d.x, cells[0]) || beside(o.y, d.y, cells[1]) {
