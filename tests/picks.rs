@@ -241,3 +241,45 @@ fn a_plane_is_crossed_once_on_every_surface() {
         }
     }
 }
+
+/// From below the raw surface at a corner between patches: a chain of triangles was broken there, and where it began again f = 0 counted
+/// as above, so that a touch was told as a way out and in, and the end of a ray twice.
+#[test]
+fn a_touch_at_a_corner_of_patches_is_told_as_on_the_exact_surface() {
+    type Case<'c> = (u32, &'c [(u32, u32)], DVec2, [f64; 6], usize);
+    let valley: Vec<(u32, u32)> = (7..=16).map(|r| (r - 5, r)).collect();
+    let cases: [Case<'_>; 4] = [
+        (18, &valley, DVec2::new(1.0, 18.0), [-0.625, 23.29411764705882, 0.0, 0.0625, -1.0588235294117645, 0.0], 0),
+        (18, &valley, DVec2::new(1.0, 18.0), [0.6875, 1.058823529411772, 0.0, -0.0625, 1.0588235294117645, 0.0], 0),
+        (
+            17,
+            &[(11, 2), (12, 3), (13, 4), (16, 7)],
+            DVec2::new(13.7, 1.0),
+            [-11.98749999999998, 2.4375, 0.0, 0.8562499999999993, -0.0625, 0.0],
+            1,
+        ),
+        (
+            17,
+            &[(6, 0), (7, 0), (12, 5), (12, 6)],
+            DVec2::new(13.7, 1.0),
+            [-72.78124999999993, 6.6875, 0.0, 0.8562499999999993, -0.0625, 0.0],
+            1,
+        ),
+    ];
+    for (rows, low, size, [ox, oy, oz, dx, dy, dz], count) in cases {
+        let sample = |i: u32| if low.contains(&(i % 17, i / 17)) { 0 } else { 2 };
+        let image = Image::new(17, rows, Pixels::Gray16((0..17 * rows).map(sample).collect())).expect("an image");
+        let mut scene = Scene::new();
+        let root = scene.root();
+        scene.add(root, Texture2::from_image(image)).expect("a map");
+        let terrain =
+            SeamlessTerrain { size: Some(size), max_height: 65535.0, resolutions: (2, 2), ..Default::default() };
+        scene.add(root, terrain).expect("a terrain");
+        let ray = Ray::new(DVec3::new(ox, oy, oz), DVec3::new(dx, dy, dz)).expect("a ray");
+        let told = |surface| {
+            let action = RayPickAction { surface, all: true, ..RayPickAction::ray(ray) };
+            action.apply(&scene).expect("a pick").len()
+        };
+        assert_eq!((told(Surface::Exact), told(Surface::Drawn)), (count, count), "{ray:?}");
+    }
+}
