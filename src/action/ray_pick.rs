@@ -373,18 +373,24 @@ impl Picker<'_> {
 }
 
 /// The order of hits: those on top first, then by distance; at one distance in the order of the walk. Copies of one shape that
-/// meet are told apart by where they stand, so that the order never depends on how it was found. Hits of one shape at one distance
-/// stay in the order in which it tells them: into the ground, and out again.
+/// meet are told apart by where they stand and by what was hit, so that the order never depends on how it was found. But a terrain
+/// tells its hits along the ray: at one distance, as at walls, into the ground and out again.
 fn order(a: &PickedPoint, b: &PickedPoint) -> Ordering {
-    let by_places = |a: DAffine3, b: DAffine3| {
-        let pairs = a.to_cols_array().into_iter().zip(b.to_cols_array());
-        pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+    fn by_numbers(a: &[f64], b: &[f64]) -> Ordering {
+        let pairs = a.iter().zip(b);
+        pairs.map(|(a, b)| a.total_cmp(b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+    }
+    let place = |hit: &PickedPoint| hit.local_to_world.to_cols_array();
+    let what = |hit: &PickedPoint| match hit.detail {
+        HitDetail::Terrain(_) => [[0.0; 3]; 2],
+        _ => [hit.point.to_array(), hit.normal.to_array()],
     };
     b.on_top
         .cmp(&a.on_top)
         .then(a.distance.total_cmp(&b.distance))
         .then_with(|| a.path.indices().cmp(b.path.indices()))
-        .then_with(|| by_places(a.local_to_world, b.local_to_world))
+        .then_with(|| by_numbers(&place(a), &place(b)))
+        .then_with(|| by_numbers(what(a).as_flattened(), what(b).as_flattened()))
 }
 
 struct Pick<'p, 's> {
