@@ -281,7 +281,11 @@ fn all_triangles_agree() {
                 };
                 for hit in &ours {
                     let found = all.iter().any(|&(t, depth, rate)| depth >= -1e-7 && close(t, rate, hit));
-                    assert!(found, "invented: {hit:?}\n{ray:?}");
+                    // Or it runs within the triangle, and is told where it first met it.
+                    let [gu, gv] = hit.gradient;
+                    let rate = ray.direction.z - gu * ray.direction.x - gv * ray.direction.y;
+                    let within = rate.abs() <= hit.rounding * ray.direction.truncate().abs().max_element();
+                    assert!(found || within, "invented: {hit:?}\n{ray:?}");
                     let p = ray.origin + ray.direction * hit.t;
                     let off = hit.triangle.heights.iter().zip(hit.barycentric).map(|(h, w)| h * w).sum::<f64>() - p.z;
                     assert!(off.abs() <= hit.rounding, "{off} beyond {}: {hit:?}\n{ray:?}", hit.rounding);
