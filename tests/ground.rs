@@ -254,3 +254,43 @@ fn an_end_on_the_ground_hides_no_hill() {
         assert!(free > 20 && blocked > 50, "{surface:?}: {free} free, {blocked} blocked");
     }
 }
+
+/// A plain at 1000 with a ridge of 3000 from north to south: what blocks a line is where it goes in, or comes out of the ground that it
+/// starts in.
+#[test]
+fn a_ridge_blocks_the_view() {
+    let mut scene = Scene::new();
+    let root = scene.root();
+    let samples = (0..17 * 17).map(|i| if i % 17 == 8 { 3000 } else { 1000 }).collect();
+    scene.add(root, Texture2::from_image(Image::new(17, 17, Pixels::Gray16(samples)).unwrap())).unwrap();
+    let terrain = SeamlessTerrain { scale: 16.0, max_height: 65_535.0, ..SeamlessTerrain::default() };
+    scene.add(root, terrain).unwrap();
+    let at = |u: f64, v: f64, w: f64| DVec3::new(u, 16.0 - v, w);
+    let blocked = |a, b| scene.line_of_sight(a, b).unwrap().map(|hit| hit.point);
+    let there = |found: Option<DVec3>, p: DVec3| assert!(found.is_some_and(|q| q.distance(p) < 1e-9), "{found:?} {p}");
+    there(blocked(at(2.0, 3.0, 1500.0), at(14.0, 3.0, 1500.0)), at(7.25, 3.0, 1500.0));
+    there(blocked(at(2.0, 3.0, 2000.0), at(14.0, 3.0, 2000.0)), at(7.5, 3.0, 2000.0));
+    assert_eq!(blocked(at(2.0, 3.0, 3000.0), at(14.0, 3.0, 3000.0)), None);
+    assert_eq!(blocked(at(2.0, 3.0, 1000.0), at(8.0, 3.0, 3000.0)), None);
+    assert!(blocked(at(2.0, 3.0, 900.0), at(2.0, 4.0, 9000.0)).is_some_and(|p| (p.z - 1000.0).abs() < 1e-9));
+}
+
+/// Ends on the ground as well as f64 can say see each other over a hollow, and straight up and down.
+#[test]
+fn ends_on_the_ground_see_the_sky_and_are_seen() {
+    let mut rng = Rng(1);
+    for turn in turns() {
+        let (scene, field, terrain, matrix) = scene(&turn);
+        let frame = terrain.frame(&field);
+        let exact = RayPickAction { surface: Surface::Exact, ..RayPickAction::pixel(0, 0, [64, 48]) };
+        let picker = exact.picker(&scene).unwrap();
+        for _ in 0..2000 {
+            let (u, v) = (rng.range(0.0, 64.0), rng.range(0.0, 64.0));
+            let ground = DVec3::new(u, v, field.surface(u, v).unwrap());
+            let sky = ground + DVec3::new(rng.range(-1e-3, 1e-3), rng.range(-1e-3, 1e-3), 1e5);
+            let [ground, sky] = [ground, sky].map(|p| matrix.transform_point3(frame.local(p)));
+            assert_eq!(picker.line_of_sight(ground, sky).unwrap(), None, "{turn:?}");
+            assert_eq!(picker.line_of_sight(sky, ground).unwrap(), None, "{turn:?}");
+        }
+    }
+}

@@ -132,7 +132,10 @@ impl Picker<'_> {
         let ray = Ray::new(a, b - a)?.with_range(0.0, length)?;
         let Some(first) = self.pick(&ray, false)?.pop() else {
             // From beside a terrain, or through a hole, the line may have come below it.
-            return Ok(self.ground_above(a, b)?.or(self.ground_above(b, a)?));
+            return match self.ground_above(a, b)? {
+                None => self.ground_above(b, a),
+                found => Ok(found),
+            };
         };
         // Whether what is met is no more than an end that lies on the ground.
         let is_end = |hit: &PickedPoint| {
@@ -162,12 +165,21 @@ impl Picker<'_> {
 
     /// What blocks the line from `a` to `b` if it meets nothing: where it is below the ground all along.
     fn ground_above(&self, a: DVec3, b: DVec3) -> Result<Option<PickedPoint>, ActionError> {
-        let Some(ground) = self.pick_of(&Ray::new(a, DVec3::Z)?, false, is_terrain)?.pop() else {
-            return Ok(None);
+        // Where a line upwards comes out of the ground.
+        let out = |up: DVec3| -> Result<Option<PickedPoint>, ActionError> {
+            let ground = self.pick_of(&Ray::new(a, up)?, false, is_terrain)?.pop();
+            Ok(ground
+                .filter(|ground| matches!(ground.detail, HitDetail::Terrain(TerrainDetail { entering: false, .. }))))
         };
-        let HitDetail::Terrain(TerrainDetail { entering: false, .. }) = ground.detail else { return Ok(None) };
+        let Some(mut ground) = out(DVec3::Z)? else { return Ok(None) };
+        // A terrain that leans may be above what lies on it: up is along its own z.
+        let up = ground.local_to_world.matrix3.z_axis.normalize_or(DVec3::Z);
+        if up != DVec3::Z {
+            let Some(above) = out(up)? else { return Ok(None) };
+            ground = above;
+        }
         let lift = 2.0 * (rounding(a, b, &ground) + ground.error_bound.unwrap_or(0.0));
-        if ground.distance > lift { Ok(Some(ground)) } else { self.first_terrain(a + DVec3::Z * lift, b - a) }
+        if ground.distance > lift { Ok(Some(ground)) } else { self.first_terrain(a + up * lift, b - a) }
     }
 
     /// The first terrain on the way from a point; nothing on a way of no length.
