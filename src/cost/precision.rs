@@ -61,23 +61,29 @@ fn show(run: &mut Run<'_>, eye: &Eye, offset: f64) -> Result<Shown, CostError> {
     Ok(Shown { rgba, view, picks })
 }
 
+/// The largest of some numbers, or why there are none.
+fn largest(values: impl Iterator<Item = f64>, none: &str) -> Figure {
+    Figure::new(values.reduce(f64::max), none)
+}
+
 fn difference(origin: &Shown, here: &Shown) -> PrecisionFigures {
     let pixels = origin.rgba.chunks_exact(4).zip(here.rgba.chunks_exact(4));
     let differences = pixels.map(|(a, b)| a.iter().zip(b).map(|(a, b)| u32::from(a.abs_diff(*b))).max().unwrap_or(0));
+    let (different_pixels, max_difference) =
+        differences.fold((0, 0), |(count, most), off| (count + u64::from(off > 0), off.max(most)));
     let picks = || origin.picks.iter().zip(&here.picks);
-    let largest = |values: &mut dyn Iterator<Item = f64>, reason| Figure::new(values.reduce(f64::max), reason);
     let here_hits = || here.picks.iter().flatten();
     let off_by = |(a, b): (&Option<PickedPoint>, &Option<PickedPoint>)| {
         Some(a.as_ref()?.object_point.distance(b.as_ref()?.object_point))
     };
     let no_hit = "no ray hits anything";
     PrecisionFigures {
-        different_pixels: differences.clone().filter(|&off| off > 0).count() as u64,
-        max_difference: differences.max().unwrap_or(0),
+        different_pixels,
+        max_difference,
         lost_picks: picks().filter(|(a, b)| a.is_some() != b.is_some()).count() as u32,
-        max_pick_error: largest(&mut picks().filter_map(off_by), "no ray hits both here and at the origin"),
-        f32_error_px: largest(&mut here_hits().map(|b| f32_error(&here.view, b.point)), no_hit),
-        f32_pick_error: largest(&mut here_hits().map(|b| b.point.distance(b.point.as_vec3().as_dvec3())), no_hit),
+        max_pick_error: largest(picks().filter_map(off_by), "no ray hits both here and at the origin"),
+        f32_error_px: largest(here_hits().map(|b| f32_error(&here.view, b.point)), no_hit),
+        f32_pick_error: largest(here_hits().map(|b| b.point.distance(b.point.as_vec3().as_dvec3())), no_hit),
     }
 }
 

@@ -6,7 +6,7 @@
 //! Whoever has to agree with a picture asks here: the pick on the drawn surface, the measure of the error on the screen, tests
 //! that count vertices. What decides a triangle's place is written down once.
 
-use super::errors::place;
+use super::errors::{place, unclamped};
 use super::height_field::HeightField;
 use super::hierarchy::Hierarchy;
 use super::morph::morphed_height;
@@ -85,7 +85,6 @@ impl<'t> DrawnSurface<'t> {
         W: Fn([[u32; 2]; 2]) -> bool + Copy,
     {
         let Self { field, tree, parts, selection } = *self;
-        let [u0, v0] = tree.origin(patch.id);
         let patch_weights = selection.weights(tree, patch.id);
         let (step, last) = (tree.step(patch.id.level), tree.resolutions().max());
         parts_of(patch.sides).into_iter().flat_map(move |part| {
@@ -95,14 +94,13 @@ impl<'t> DrawnSurface<'t> {
                 let corners = place(tree, patch.id, *triangle);
                 let weights = patch_weights.map_or([1.0; 3], |weights| triangle.map(|unit| weights.at(unit, last)));
                 let heights = std::array::from_fn(|k| morphed_height(field, corners[k], step, weights[k]));
-                let beyond = triangle.map(|[a, b]| [u0 + step * u32::from(a), v0 + step * u32::from(b)]);
-                (DrawnTriangle { part, corners, heights, weights }, beyond)
+                (DrawnTriangle { part, corners, heights, weights }, unclamped(tree, patch.id, *triangle))
             })
         })
     }
 
     /// Whether a triangle is left out for a hole.
     pub(super) fn is_lid(&self, triangle: &DrawnTriangle) -> bool {
-        self.field.has_holes() && triangle.corners.iter().any(|&[u, v]| self.field.is_hole(u, v))
+        triangle.corners.iter().any(|&[u, v]| self.field.is_hole(u, v))
     }
 }

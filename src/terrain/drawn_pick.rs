@@ -400,8 +400,8 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
             }
             let (Some((enter, entered)), Some((leave, left))) = (entered, left) else { continue };
             self.pieces.push(Piece { enter, leave, entered, left, patch, triangle });
-            let [f0, f1] = [enter, leave].map(|end| line.height(end.t) - end.height);
-            clear &= f0.abs() > enter.rounding && f1.abs() > leave.rounding && (f0 > 0.0) == (f1 > 0.0);
+            let beyond = |end: Crossing| end.above.abs() > end.rounding;
+            clear &= beyond(enter) && beyond(leave) && (enter.above > 0.0) == (leave.above > 0.0);
         }
         // In most patches all pieces lie on one side, beyond doubt.
         if clear {
@@ -413,9 +413,12 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
         self.pieces.sort_unstable_by(|a, b| a.enter.t.total_cmp(&b.enter.t));
         while !self.pieces.is_empty() {
             let pieces = self.pieces.as_slice();
-            let goes_on = |piece: &Piece| self.last.is_some_and(|(edge, ..)| edge == piece.entered);
             let begins = |piece: &Piece| pieces.iter().all(|other| other.left != piece.entered);
-            let next = pieces.iter().position(goes_on).or_else(|| pieces.iter().position(begins)).unwrap_or(0);
+            let next = pieces
+                .iter()
+                .position(|piece| self.goes_on(piece))
+                .or_else(|| pieces.iter().position(begins))
+                .unwrap_or(0);
             let piece = self.pieces.remove(next);
             if !self.follow(&piece) {
                 return false;
@@ -424,19 +427,24 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
         true
     }
 
+    /// Whether a piece is the next of the chain.
+    fn goes_on(&self, piece: &Piece) -> bool {
+        self.last.is_some_and(|(edge, ..)| edge == piece.entered)
+    }
+
     /// Follows the ray over a triangle, within its range.
     fn follow(&mut self, piece: &Piece) -> bool {
         let &Piece { enter, leave, .. } = piece;
         let (near, far) = (self.line.near, self.line.far);
         // Parameter, height above the triangle, and the edge; none where the ray starts or ends within the triangle.
-        let on_edge = |edge: Crossing| (edge.t, self.line.height(edge.t) - edge.height, Some(edge.edge));
+        let on_edge = |edge: Crossing| (edge.t, edge.above, Some(edge.edge));
         let within = |t: f64| {
             let s = (t - enter.t) / (leave.t - enter.t);
             (t, self.line.height(t) - between(enter.height, leave.height, s), None)
         };
         let start = if enter.t < near && near <= leave.t { within(near) } else { on_edge(enter) };
         let end = if leave.t > far && far >= enter.t { within(far) } else { on_edge(leave) };
-        let goes_on = self.last.is_some_and(|(edge, ..)| edge == piece.entered);
+        let goes_on = self.goes_on(piece);
         if enter.edge == leave.edge || leave.t < near || enter.t > far {
             // Clamped to the border it is an edge itself, which belongs to its neighbours; or it is out of range, around a corner by
             // rounding alone.
@@ -498,25 +506,22 @@ impl<F: FnMut(DrawnHit) -> bool> Walk<'_, F> {
     /// wanted.
     fn end(&mut self) -> bool {
         let Some((_, t, f)) = self.last.take() else { return true };
-        if t >= self.line.far || self.sign.now == 0 {
-            return self.sign.end().is_none_or(|(contact, entering)| self.report(&contact, entering));
-        }
-        // 0 counts as above.
-        let turn = self.sign.zero_since.filter(|_| (f >= 0.0) != (self.sign.now > 0));
-        self.sign.zero_since = None;
-        turn.is_none_or(|contact| self.report(&contact, f < 0.0))
+        let hit = if t >= self.line.far || self.sign.now == 0 {
+            self.sign.end()
+        } else {
+            // 0 counts as above.
+            let turn = self.sign.pass(if f < 0.0 { f } else { 1.0 });
+            turn.and_then(|turn| Some((turn.zero_since?, turn.entering)))
+        };
+        hit.is_none_or(|(contact, entering)| self.report(&contact, entering))
     }
 
     /// A place on a triangle, on an edge if it is there: if that is a lid, of the drawn triangle on whose rim it lies.
     fn contact(&self, piece: &Piece, t: f64, edge: Option<[[u32; 2]; 2]>) -> Contact {
-        let &Piece { patch, triangle, .. } = piece;
-        if !self.pick.drawn.is_lid(&triangle) {
-            return Contact { t, patch, triangle, drawn: true };
-        }
-        match self.on_rim(piece, edge) {
-            Some((patch, triangle)) => Contact { t, patch, triangle, drawn: true },
-            None => Contact { t, patch, triangle, drawn: false },
-        }
+        let this = (piece.patch, piece.triangle);
+        let drawn = if self.pick.drawn.is_lid(&piece.triangle) { self.on_rim(piece, edge) } else { Some(this) };
+        let (patch, triangle) = drawn.unwrap_or(this);
+        Contact { t, patch, triangle, drawn: drawn.is_some() }
     }
 
     /// The drawn triangle that a place on a lid belongs to: if the ray runs along the edge between the two, or is on it there.

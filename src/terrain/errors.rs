@@ -253,13 +253,18 @@ pub(super) fn triangle_error(field: &HeightField, corners: [[u32; 2]; 3]) -> f64
     worst
 }
 
+/// Points of a part in lattice coordinates, some of them beyond the map where its border cuts the patch.
+pub(super) fn unclamped<const N: usize>(tree: &Hierarchy, patch: PatchId, points: [UnitVertex; N]) -> [[u32; 2]; N] {
+    let step = tree.step(patch.level);
+    let [u, v] = tree.origin(patch);
+    points.map(|[a, b]| [u + step * u32::from(a), v + step * u32::from(b)])
+}
+
 /// Points of a part in lattice coordinates, clamped to the map: the corners of a triangle, for example.
 #[must_use]
 pub fn place<const N: usize>(tree: &Hierarchy, patch: PatchId, points: [UnitVertex; N]) -> [[u32; 2]; N] {
-    let step = tree.step(patch.level);
-    let [u, v] = tree.origin(patch);
     let [cells_u, cells_v] = tree.cells();
-    points.map(|[a, b]| [(u + step * u32::from(a)).min(cells_u), (v + step * u32::from(b)).min(cells_v)])
+    unclamped(tree, patch, points).map(|[u, v]| [u.min(cells_u), v.min(cells_v)])
 }
 
 macro_rules! cell_errors {

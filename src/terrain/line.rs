@@ -69,6 +69,8 @@ pub(super) struct Crossing {
     pub t: f64,
     /// Height of the edge there, raw.
     pub height: f64,
+    /// Height of the ray above the edge.
+    pub above: f64,
     /// Bound of what rounding may make of a height of 0 above the edge.
     pub rounding: f64,
 }
@@ -216,7 +218,8 @@ impl Line {
         // The ray's height is off by the margin. The point is one of the edge, but up to 8 ε cells beside the ray (see there): on
         // triangles no steeper than the edge that is 8 ε of its rise, once for either end, and its height is off by 3 ε.
         let rounding = self.margin + 16.0 * EPSILON * (ha.abs().max(hb.abs()) + (hb - ha).abs() * self.size);
-        Crossing { edge: [a, b], t, height: between(ha, hb, s), rounding }
+        let height = between(ha, hb, s);
+        Crossing { edge: [a, b], t, height, above: self.height(t) - height, rounding }
     }
 
     /// Bound of the vertical distance between the ray at a crossing and a triangle of this slope there, raw.
