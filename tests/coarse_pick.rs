@@ -130,32 +130,67 @@ fn random_ray(rng: &mut Rng, cells: [u32; 2]) -> LatticeRay {
     LatticeRay { origin: from, direction: target - from, near, far: f64::INFINITY }
 }
 
+/// The crossings of a ray, after they have been found to be those of brute force.
+fn agreed(scene: &Scene, ray: &LatticeRay) -> Vec<TerrainHit> {
+    let (ours, brute) = (scene.hits(ray), scene.brute(ray));
+    // t counts in ray lengths; hits a billionth of that apart are one place.
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (1.0 + a.abs());
+    for hit in &ours {
+        assert!(brute.iter().any(|&t| close(t, hit.t)), "invented: {hit:?}\n{ray:?}\n{brute:?}");
+    }
+    for &t in &brute {
+        assert!(ours.iter().any(|hit| close(t, hit.t)), "lost: {t}\n{ray:?}\n{ours:?}\n{brute:?}");
+    }
+    for pair in ours.windows(2) {
+        assert!(pair[0].t <= pair[1].t, "out of order: {ours:?}");
+        assert_ne!(pair[0].entering, pair[1].entering, "{ours:?}");
+    }
+    ours
+}
+
 #[test]
 fn crossings_agree_with_brute_force() {
     let mut rng = Rng(1);
     let (mut hits, mut walls) = (0, 0);
     for scene in scenes() {
         for _ in 0..2000 {
-            let ray = random_ray(&mut rng, scene.tree.cells());
-            let ours = scene.hits(&ray);
-            let brute = scene.brute(&ray);
-            // t counts in ray lengths; hits a billionth of that apart are one place.
-            let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (1.0 + a.abs());
-            for hit in &ours {
-                assert!(brute.iter().any(|&t| close(t, hit.t)), "invented: {hit:?}\n{ray:?}\n{brute:?}");
-                walls += usize::from(hit.wall.is_some());
-            }
-            for &t in &brute {
-                assert!(ours.iter().any(|hit| close(t, hit.t)), "lost: {t}\n{ray:?}\n{ours:?}\n{brute:?}");
-            }
-            for pair in ours.windows(2) {
-                assert!(pair[0].t <= pair[1].t, "out of order: {ours:?}");
-                assert_ne!(pair[0].entering, pair[1].entering, "{ours:?}");
-            }
+            let ours = agreed(&scene, &random_ray(&mut rng, scene.tree.cells()));
+            walls += ours.iter().filter(|hit| hit.wall.is_some()).count();
             hits += ours.len();
         }
     }
     assert!(hits > 5000 && walls > 100, "{hits} hits, {walls} on walls");
+}
+
+/// Just beside a border of patches: a large patch on the other side of it, which the ray comes to later, was looked at first, and
+/// those before it never.
+#[test]
+fn along_a_border_of_patches_each_is_looked_at_in_its_turn() {
+    let mut rng = Rng(6);
+    let mut hits = 0;
+    for scene in scenes() {
+        let size = scene.tree.size(scene.tree.depth());
+        let cells = scene.tree.cells();
+        for _ in 0..4000 {
+            let [cu, cv] = cells.map(f64::from);
+            let mut end = || {
+                let beside = 10f64.powi(-3 - rng.below(5) as i32) * (2.0 * f64::from(rng.below(2)) - 1.0);
+                (rng.range(-0.2, 1.2), beside, rng.range(0.0, 65535.0))
+            };
+            let (from, to) = (end(), end());
+            let turned = rng.below(2) == 0;
+            let (length, across) = if turned { (cv, cells[0]) } else { (cu, cells[1]) };
+            let line = f64::from(rng.below(across / size) * size);
+            let place = |(along, beside, height): (f64, f64, f64)| {
+                let [u, v] = [along * length, line + beside];
+                if turned { DVec3::new(v, u, height) } else { DVec3::new(u, v, height) }
+            };
+            let (from, to) = (place(from), place(to));
+            let ray = LatticeRay { origin: from, direction: to - from, near: 0.0, far: f64::INFINITY };
+            hits += agreed(&scene, &ray).len();
+        }
+    }
+    assert!(hits > 5000, "{hits}");
 }
 
 /// Every picked point is where it says, and the full-resolution surface is within the bound that the hit carries.

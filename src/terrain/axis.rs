@@ -18,7 +18,7 @@ pub(super) struct Axis {
     /// coincides with it.
     pub(super) from: f64,
     /// 1 / direction.
-    inverse: f64,
+    pub(super) inverse: f64,
     /// Whether the ray goes towards larger indices (also if it goes along the lines).
     pub(super) forward: bool,
     pub(super) cells: u32,
@@ -49,6 +49,13 @@ impl Axis {
     /// Parameters at which the ray enters and leaves the map.
     pub(super) fn range(&self) -> [f64; 2] {
         let (a, b) = (self.line(0.0), self.line(f64::from(self.cells)));
+        if self.forward { [a, b] } else { [b, a] }
+    }
+
+    /// The parameters at which the ray enters and leaves what is between line `x` and the one `size` further.
+    #[inline(always)]
+    pub(super) fn across(&self, x: f64, size: f64) -> [f64; 2] {
+        let (a, b) = (self.line(x), self.line(x + size));
         if self.forward { [a, b] } else { [b, a] }
     }
 

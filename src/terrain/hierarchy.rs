@@ -131,13 +131,6 @@ impl Hierarchy {
         self.level(level).size
     }
 
-    /// The level whose patches have 2^shift cells a side; of some level if there is none such.
-    #[inline]
-    pub(super) fn level_with(&self, shift: u32) -> u8 {
-        let roots = self.levels[0].size.trailing_zeros();
-        (roots.saturating_sub(shift) / (self.resolutions.count() - 1)) as u8
-    }
-
     /// Lattice steps between neighbouring vertices of a patch of this level at r_max.
     #[must_use]
     pub fn step(&self, level: u8) -> u32 {

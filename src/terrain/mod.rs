@@ -7,6 +7,7 @@ pub mod drawn;
 pub mod drawn_pick;
 pub mod errors;
 pub mod exact;
+mod fan_tree;
 mod fill;
 pub mod frustum;
 pub mod generate;

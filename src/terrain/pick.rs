@@ -9,25 +9,28 @@
 //!
 //! # The walk
 //!
-//! Along the ray, f(t) = w_ray(t) − h(u(t), v(t)) is the height above the surface. The patch tree is walked front to back:
-//! the ray's interval is split where it crosses grid lines, each crossing computed once from the line's integer index, so
-//! that both neighbours use the same bits and no gap or overlap can open between them. A block is skipped when the ray
-//! stays above its largest or below its smallest height. Inside a patch the interval is split at the fan's spokes. The
-//! *sign* of f is carried from piece to piece: a change is a hit wherever it is seen, inside a triangle, or at the border
-//! of two patches (a wall, or rounding). Only crossings count, not mere touching; a ray that starts or ends exactly on the
-//! surface, or passes the border of the map exactly on it, hits it there.
+//! Along the ray, f(t) = w_ray(t) − h(u(t), v(t)) is the height above the surface. It is looked at patch by patch, in the order in
+//! which the ray passes them, each time between the parameters at which it enters and leaves the patch. Those are computed once
+//! from the lines' integer coordinates, so that both neighbours use the same bits and no gap or overlap can open between them.
+//! Patches are not looked at where the ray stays above the largest or below the smallest height of the fans in a block of them; which
+//! ones are left says [`FanTree`]. Inside a patch the interval is split at the fan's spokes. The *sign* of f is carried from piece to
+//! piece: a change is a hit wherever it is seen, inside a triangle, or at the border of two patches (a wall, or rounding). Only
+//! crossings count, not mere touching; a ray that starts or ends exactly on the surface, or passes the border of the map exactly on
+//! it, hits it there.
 //!
 //! Where the map has holes, the fans are those of the surface with its lids, and a crossing counts only where the
 //! full-resolution surface is ground: four triangles show no outline, so picks pass through the holes as they are in truth.
 //!
-//! Steps go from grid line to grid line by integer index, never by "a little further", so their number is bounded: each
-//! level of the tree visits at most `columns + rows` patches ([`Hierarchy::step_limit`]).
+//! No patch is looked at twice until the sign has changed, and then only those further on: a walk can not loop. A line passes
+//! at most `columns + rows` of the finest patches ([`Hierarchy::step_limit`]).
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
 use glam::DVec3;
 
-use super::axis::{Axis, approach, number};
+use super::axis::{Axis, approach};
 use super::errors::{round_up, triangle_error};
+pub use super::fan_tree::FanTree;
+use super::fan_tree::{Below, Course, LEVELS, SelectedFan, Visit};
 use super::height_field::{HeightField, SampleRect};
 use super::hierarchy::{Hierarchy, PatchId};
 use super::parts::Side;
@@ -96,7 +99,7 @@ impl Fan {
     }
 
     /// Column and row of the corners and of the centre.
-    fn places(tree: &Hierarchy, patch: PatchId) -> [[u32; 2]; 5] {
+    pub(super) fn places(tree: &Hierarchy, patch: PatchId) -> [[u32; 2]; 5] {
         let [[u0, v0], [u1, v1]] = tree.extent(patch);
         let half = tree.size(patch.level) / 2;
         [[u0, v0], [u1, v0], [u1, v1], [u0, v1], [(u0 + half).min(u1), (v0 + half).min(v1)]]
@@ -197,7 +200,7 @@ impl Facet {
 }
 
 /// The fan of a patch that is wholly on the map: its centre is the middle.
-struct Square {
+struct WholeFan {
     /// 1 / size.
     scale: f64,
     /// Corners north-west, north-east, south-east, south-west.
@@ -205,13 +208,14 @@ struct Square {
     center: DVec3,
 }
 
-impl Square {
+impl WholeFan {
     #[inline(always)]
-    fn new([u0, v0]: [u32; 2], size: u32, node: &FanNode) -> Self {
+    fn new(fan: &SelectedFan) -> Self {
+        let size = fan.size();
         let half = f64::from(size) * 0.5;
-        let [nw, ne, se, sw, center] = node.heights.map(f64::from);
-        let center = DVec3::new(f64::from(u0) + half, f64::from(v0) + half, center);
-        Self { scale: inverse_power(size), heights: [nw, ne, se, sw], center }
+        let [u, v] = fan.corner.map(f64::from);
+        let [nw, ne, se, sw, center] = fan.heights.map(f64::from);
+        Self { scale: inverse_power(size), heights: [nw, ne, se, sw], center: DVec3::new(u + half, v + half, center) }
     }
 
     /// The triangle at a distance from the centre.
@@ -292,136 +296,6 @@ pub fn fan_error(field: &HeightField, tree: &Hierarchy, patch: PatchId) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The fans of a selection, compact: what a coarse pick walks through. Made once for a selection, shared by all its picks.
-///
-/// A node for each active patch, with the five heights of its fan, and for split ones, with the range of the fans below.
-/// That range is much tighter than that of the ground: most patches are passed without a look at their fan. Heights are
-/// samples, which f32 holds exactly. 32 bytes a node.
-#[derive(Debug)]
-pub struct FanTree {
-    /// That of the roots.
-    top: Block,
-    /// The roots have 2^shift cells a side.
-    shift: u32,
-    /// Block by block, row by row.
-    nodes: Vec<FanNode>,
-    /// Smallest and largest height of all fans.
-    range: [f64; 2],
-    /// [`Hierarchy::step_limit`].
-    step_limit: u32,
-}
-
-/// The nodes below one node, or the roots: all of one level, side by side, 2^bits a side (1 to 4 bits, by the resolutions).
-///
-/// Where patches have two by two children and all patches of a block are split, it holds their children instead, up to four by
-/// four, and on the finest level eight by eight: going down into a block costs a walk more than a step does. Where the map ends
-/// within a block, nodes that no walk comes to fill it up. So all that a walk has to know of a block is packed into one number,
-/// in the node above: going down waits for one load, not for two.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Block(u32);
-
-impl Block {
-    /// Below an active patch. (It would be that of the roots, which are below nothing.)
-    const NONE: Self = Self(0);
-
-    /// Its first node is number `first`: a multiple of four, so that two bits are left.
-    fn new(first: usize, bits: u32) -> Self {
-        Self(first as u32 | (bits - 1))
-    }
-
-    #[inline(always)]
-    fn first(self) -> usize {
-        (self.0 & !3) as usize
-    }
-
-    #[inline(always)]
-    fn bits(self) -> u32 {
-        (self.0 & 3) + 1
-    }
-
-    /// Where the node of a patch is, by its column and row in the map.
-    #[inline(always)]
-    fn place(self, column: usize, row: usize) -> usize {
-        let (bits, mask) = (self.bits(), (1usize << self.bits()) - 1);
-        self.first() + ((row & mask) << bits) + (column & mask)
-    }
-}
-
-#[derive(Debug, Clone, Copy)]
-struct FanNode {
-    low: f32,
-    high: f32,
-    /// Corners north-west, north-east, south-east, south-west, and the centre; of an active patch.
-    heights: [f32; 5],
-    below: Block,
-}
-
-impl FanTree {
-    /// The fans of the active patches.
-    #[must_use]
-    pub fn new(field: &HeightField, tree: &Hierarchy, selection: &Selection) -> Self {
-        let mut nodes = Vec::new();
-        let maker = Maker { field, tree, selection, bits: tree.resolutions().branching().trailing_zeros() };
-        // The roots are no more than the children of one patch would be.
-        let (top, shift, range) = maker.add(&mut nodes, PatchId { level: 0, column: 0, row: 0 }, maker.bits);
-        Self { top, shift, nodes, range: range.map(f64::from), step_limit: tree.step_limit() }
-    }
-
-    /// Bytes that the nodes occupy.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice())
-    }
-}
-
-/// Makes a [`FanTree`].
-struct Maker<'t> {
-    field: &'t HeightField,
-    tree: &'t Hierarchy,
-    selection: &'t Selection,
-    /// A patch has 2^bits children a side.
-    bits: u32,
-}
-
-impl Maker<'_> {
-    /// Adds the block of 2^bits patches a side whose north-west corner is `corner`, and all below. Returns it with the shift of
-    /// its patches' size and the range of its fans.
-    fn add(&self, nodes: &mut Vec<FanNode>, corner: PatchId, bits: u32) -> (Block, u32, [f32; 2]) {
-        let PatchId { level, column: west, row: north } = corner;
-        let [columns, rows] = self.tree.grid(level);
-        let (columns, rows) = (west..(west + (1 << bits)).min(columns), north..(north + (1 << bits)).min(rows));
-        let patches = rows.flat_map(|row| columns.clone().map(move |column| PatchId { level, column, row }));
-        // The finest level fills most of the map: larger blocks there save more ways down than they cost steps.
-        let most = if level + 1 == self.tree.depth() { 3 } else { 2 };
-        if self.bits == 1 && bits < most && patches.clone().all(|patch| self.selection.is_split(self.tree, patch)) {
-            return self.add(nodes, PatchId { level: level + 1, column: 2 * west, row: 2 * north }, bits + 1);
-        }
-        let block = Block::new(nodes.len(), bits);
-        let nothing = FanNode { low: f32::INFINITY, high: f32::NEG_INFINITY, heights: [0.0; 5], below: Block::NONE };
-        nodes.resize(nodes.len() + (1 << (2 * bits)), nothing);
-        let mut range = [f32::INFINITY, f32::NEG_INFINITY];
-        for patch in patches {
-            let PatchId { level, column, row } = patch;
-            let mut node = nothing;
-            if self.selection.is_split(self.tree, patch) {
-                let corner = PatchId { level: level + 1, column: column << self.bits, row: row << self.bits };
-                (node.below, _, [node.low, node.high]) = self.add(nodes, corner, self.bits);
-            } else {
-                node.heights = Fan::places(self.tree, patch).map(|[u, v]| self.field.raw(u, v) as f32);
-                [node.low, node.high] = node
-                    .heights
-                    .iter()
-                    .fold([node.low, node.high], |[low, high], &height| [low.min(height), high.max(height)]);
-            }
-            range = [range[0].min(node.low), range[1].max(node.high)];
-            if let Some(place) = nodes.get_mut(block.place(column as usize, row as usize)) {
-                *place = node;
-            }
-        }
-        (block, self.tree.size(level).trailing_zeros(), range)
-    }
-}
-
 /// A ray in lattice coordinates with the range of its parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LatticeRay {
@@ -484,13 +358,17 @@ pub struct CoarseSurface<'t> {
 
 /// A place on the surface.
 #[derive(Clone, Copy)]
-struct Contact {
+struct Contact<'t> {
     t: f64,
-    patch: PatchId,
-    facet: Facet,
+    fan: &'t SelectedFan,
+    /// A parameter at which the ray is over the triangle.
+    over: f64,
     /// For a wall between patches of different size: the side of the entered patch that it stands on.
     wall: Option<Side>,
 }
+
+/// Whoever was told of a hit wants no more.
+struct Stopped;
 
 struct Walk<'t, F> {
     surface: CoarseSurface<'t>,
@@ -500,9 +378,9 @@ struct Walk<'t, F> {
     v: Axis,
     /// 1 / (d_v − d_u) and 1 / (d_v + d_u), for the diagonals of patches.
     across: [f64; 2],
-    sign: Sign<Contact>,
-    /// The patch of the last piece that was looked at closely.
-    last: Option<PatchId>,
+    sign: Sign<Contact<'t>>,
+    /// The fan that was looked at last, unless the ray has been clear since.
+    last: Option<&'t SelectedFan>,
     /// The ray's t is this times the walk's.
     unit: f64,
     found: F,
@@ -517,14 +395,13 @@ impl CoarseSurface<'_> {
         let Some((mut ray, unit)) = ray.tamed() else { return };
         let (o, d) = (ray.origin, ray.direction);
         let (u, v) = (Axis::new(o.x, d.x, cu), Axis::new(o.y, d.y, cv));
-        for axis in [u, v] {
-            if axis.direction == 0.0 && !(0.0..=f64::from(axis.cells)).contains(&axis.origin) {
-                return;
-            }
-            let [near, far] = axis.range();
-            ray.near = ray.near.max(near);
-            ray.far = ray.far.min(far);
+        let beside = |axis: &Axis| axis.direction == 0.0 && !(0.0..=f64::from(axis.cells)).contains(&axis.origin);
+        if beside(&u) || beside(&v) {
+            return;
         }
+        let ([near_u, far_u], [near_v, far_v]) = (u.range(), v.range());
+        ray.near = larger(ray.near, larger(near_u, near_v));
+        ray.far = smaller(ray.far, smaller(far_u, far_v));
         let across = [1.0 / (d.y - d.x), 1.0 / (d.y + d.x)];
         let mut walk = Walk { surface: *self, ray, u, v, across, sign: Sign::unknown(), last: None, unit, found };
         if d.x == 0.0 && d.y == 0.0 {
@@ -546,163 +423,148 @@ fn inverse_power(power: u32) -> f64 {
     f64::from_bits(u64::from(1023 - power.trailing_zeros()) << 52)
 }
 
-/// Where a walk is.
-struct Place {
-    /// The block it is in, and those around it, from the top.
-    blocks: [Block; 25],
-    /// How many there are around it.
-    depth: usize,
-    /// Its patches have 2^shift cells a side.
-    shift: u32,
-    column: usize,
-    row: usize,
-    t: f64,
-    /// Height of the ray at t.
-    z: f64,
-    /// Steps that may still be made.
-    left: u32,
-}
-
-impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
+impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
     /// Walks from a parameter on.
     fn march(&mut self, start: f64) {
-        let FanTree { top, shift, step_limit, .. } = *self.surface.fans;
-        let [column, row] = [self.u, self.v].map(|axis| axis.child(0, top.bits(), shift, start));
-        let mut place = Place {
-            blocks: [top; 25],
-            depth: 0,
-            shift,
-            column,
-            row,
-            t: start,
-            z: self.height_along(start),
-            left: step_limit,
-        };
-        while match self.sign.now {
-            1 => self.march_on::<1>(&mut place),
-            -1 => self.march_on::<-1>(&mut place),
-            _ => self.march_on::<0>(&mut place),
-        } {}
+        let mut from = Some(start);
+        if start == self.ray.far {
+            // Nothing to walk along: the fan there says whether the ray's only point lies on it.
+            from = None;
+            if let Some(fan) = self.surface.fans.fan_at(self.cell(start))
+                && !self.fan(fan, [start; 2])
+            {
+                return;
+            }
+        }
+        while let Some(t) = from {
+            let above = self.sign.now >= 0;
+            let down = (self.ray.direction.z <= 0.0) == above;
+            let walked = match (self.u.forward, self.v.forward, down) {
+                (true, true, true) => self.march_on::<true, true, true>(t, above),
+                (true, true, false) => self.march_on::<true, true, false>(t, above),
+                (true, false, true) => self.march_on::<true, false, true>(t, above),
+                (true, false, false) => self.march_on::<true, false, false>(t, above),
+                (false, true, true) => self.march_on::<false, true, true>(t, above),
+                (false, true, false) => self.march_on::<false, true, false>(t, above),
+                (false, false, true) => self.march_on::<false, false, true>(t, above),
+                (false, false, false) => self.march_on::<false, false, false>(t, above),
+            };
+            let Ok(next) = walked else { return };
+            from = next;
+        }
         if let Some((contact, entering)) = self.sign.end() {
             self.report(&contact, entering);
         }
     }
 
-    /// Walks on while the ray is on one side of the surface. `SIGN` says which: blocks on that side of the ray are passed, with 0
-    /// those on any. Returns `true` when the sign has changed.
+    /// The cell in which the ray is at t.
+    fn cell(&self, t: f64) -> [u32; 2] {
+        let p = self.ray.at(t);
+        [(p.x, self.u.cells), (p.y, self.v.cells)].map(|(x, cells)| (x as u32).min(cells - 1))
+    }
+
+    /// Walks from a parameter on while the ray is above the surface, or below it, or while it is not known which (which is walked
+    /// like above). Returns the parameter from which to go on after the sign has changed, `None` after the whole ray.
     #[inline(always)]
-    fn march_on<const SIGN: i8>(&mut self, place: &mut Place) -> bool {
-        let (u, v, far) = (self.u, self.v, self.ray.far);
-        let nodes = self.surface.fans.nodes.as_slice();
-        let Place { mut shift, mut column, mut row, mut t, mut z, mut left, mut depth, .. } = *place;
-        let Some(&(mut block)) = place.blocks.get(depth) else { return false };
+    fn march_on<const EAST: bool, const SOUTH: bool, const DOWN: bool>(
+        &mut self,
+        start: f64,
+        above: bool,
+    ) -> Result<Option<f64>, Stopped> {
+        let fans = self.surface.fans;
+        let (course, mut here) = Course::<EAST, SOUTH, DOWN>::new(fans, &self.ray, [&self.u, &self.v], start, above);
+        // The blocks around this one.
+        let (mut around, mut depth) = ([Visit::NONE; LEVELS], 0usize);
+        // How far the fans were looked at without a gap.
+        let mut reached = start;
+        let mut left = fans.step_limit;
         loop {
-            let size = number(1 << shift);
-            let ((mut line_u, step_u), (mut line_v, step_v)) = (u.ahead(column, size), v.ahead(row, size));
-            let (mut leave_u, mut leave_v) = (u.line(line_u), v.line(line_v));
-            let bits = block.bits();
-            let below = loop {
-                if left == 0 {
-                    debug_assert!(false, "a walk visits no block twice");
-                    return false;
-                }
-                left -= 1;
-                let leave = smaller(smaller(leave_u, leave_v), far);
-                let z_leave = self.height_along(leave);
-                let Some(node) = nodes.get(block.place(column, row)) else {
-                    debug_assert!(false, "a walk stays on the map");
-                    return false;
-                };
-                let (low, high) = (f64::from(node.low), f64::from(node.high));
-                let clear = match SIGN {
-                    1 => smaller(z, z_leave) > high,
-                    -1 => larger(z, z_leave) < low,
-                    // Not where it has started on the surface: which side is next is for f to say.
-                    _ => self.sign.zero_since.is_none() && (smaller(z, z_leave) > high || larger(z, z_leave) < low),
-                };
-                if clear {
-                    if SIGN == 0 {
-                        self.sign.now = if z > high { 1 } else { -1 };
-                    }
-                    self.sign.zero_since = None;
-                    self.last = None;
-                } else if node.below != Block::NONE {
-                    // Also where a block is clear, but on the other side: so that the hit at its border gets its patch.
-                    break Ok(node.below);
-                } else if !self.fan(node, [column, row], shift, [t, leave]) {
-                    return false;
-                }
-                if leave >= far {
-                    return false;
-                }
-                (t, z) = (leave, z_leave);
-                // Which of the two lines comes first is left to the compiler to guess or to work out: made to wait for it, the walk
-                // was 3 to 12 % slower.
-                let along_u = leave_u <= leave_v;
-                let (next_column, next_row) = if along_u { (u.next(column), row) } else { (column, v.next(row)) };
-                let crossed = ((next_column ^ column) | (next_row ^ row)) >> bits;
-                (column, row) = (next_column, next_row);
-                line_u += if along_u { step_u } else { 0.0 };
-                line_v += if along_u { 0.0 } else { step_v };
-                (leave_u, leave_v) = (u.line(line_u), v.line(line_v));
-                if crossed != 0 || self.sign.now != SIGN {
-                    break Err(crossed);
-                }
+            let Some(square) = here.next() else {
+                depth = depth.wrapping_sub(1);
+                let Some(&up) = around.get(depth) else { break };
+                here = up;
+                continue;
             };
-            match below {
-                Ok(below) => {
-                    block = below;
+            let number = Course::<EAST, SOUTH, DOWN>::number(square);
+            match fans.below(here.block, number) {
+                Below::Block(block) => {
+                    let below = course.below(fans, &here, square, block);
+                    let Some(up) = around.get_mut(depth) else { break };
+                    *up = here;
                     depth += 1;
-                    let Some(slot) = place.blocks.get_mut(depth) else { return false };
-                    *slot = block;
-                    shift -= block.bits();
-                    // The usual numbers of bits as constants: there is nothing to loop over.
-                    (column, row) = match block.bits() {
-                        1 => (u.child(column, 1, shift, t), v.child(row, 1, shift, t)),
-                        2 => (u.child(column, 2, shift, t), v.child(row, 2, shift, t)),
-                        3 => (u.child(column, 3, shift, t), v.child(row, 3, shift, t)),
-                        bits => (u.child(column, bits, shift, t), v.child(row, bits, shift, t)),
-                    };
+                    here = below;
                 }
-                Err(mut crossed) => {
-                    while crossed != 0 {
-                        let bits = block.bits();
-                        (column, row, shift) = (column >> bits, row >> bits, shift + bits);
-                        depth = depth.wrapping_sub(1);
-                        let Some(&around) = place.blocks.get(depth) else { return false };
-                        block = around;
-                        crossed >>= block.bits();
+                Below::Fan(fan) => {
+                    let [enter, leave] = self.through(fan.corner, fan.size(), start);
+                    // Passed by, or it fills several squares and was looked at before.
+                    if enter >= leave || enter < reached {
+                        continue;
                     }
-                    if self.sign.now != SIGN {
-                        (place.shift, place.column, place.row, place.depth) = (shift, column, row, depth);
-                        (place.t, place.z, place.left) = (t, z, left);
-                        return true;
+                    let size = here.size as u32;
+                    if fan.size() != size && !self.passes(fan.part(size, number), size, start) {
+                        continue;
+                    }
+                    if left == 0 {
+                        debug_assert!(false, "a walk visits no fan twice");
+                        break;
+                    }
+                    left -= 1;
+                    if enter > reached {
+                        self.clear(above)?;
+                    }
+                    reached = leave;
+                    if !self.fan(fan, [enter, leave]) {
+                        return Err(Stopped);
+                    }
+                    if self.sign.now == if above { -1 } else { 1 } {
+                        return Ok(Some(leave));
                     }
                 }
+                Below::Nothing => {}
             }
         }
-    }
-
-    #[inline(always)]
-    fn height_along(&self, t: f64) -> f64 {
-        self.ray.origin.z + self.ray.direction.z * t
-    }
-
-    /// The patch in a column and row of its level, with 2^shift cells a side.
-    #[inline(always)]
-    fn patch(&self, [column, row]: [usize; 2], shift: u32) -> PatchId {
-        PatchId { level: self.surface.tree.level_with(shift), column: column as u32, row: row as u32 }
-    }
-
-    #[inline(always)]
-    fn fan(&mut self, node: &FanNode, place: [usize; 2], shift: u32, [near, far]: [f64; 2]) -> bool {
-        let patch = self.patch(place, shift);
-        let size = 1u32 << shift;
-        let [u0, v0] = [patch.column << shift, patch.row << shift];
-        if u0 + size > self.u.cells || v0 + size > self.v.cells {
-            return self.clamped_fan(patch, node, [near, far]);
+        if self.ray.far > reached {
+            self.clear(above)?;
         }
-        let square = Square::new([u0, v0], size, node);
+        Ok(None)
+    }
+
+    /// The parameters between which the ray is in a square, not before `start`: the first is below the second if it passes it.
+    #[inline(always)]
+    fn through(&self, corner: [u32; 2], size: u32, start: f64) -> [f64; 2] {
+        let ([x, y], size) = (corner.map(f64::from), f64::from(size));
+        let ([enter_u, leave_u], [enter_v, leave_v]) = (self.u.across(x, size), self.v.across(y, size));
+        [larger(start, larger(enter_u, enter_v)), smaller(self.ray.far, smaller(leave_u, leave_v))]
+    }
+
+    /// Whether the ray passes a square that is part of a patch. Squares that it does not pass may be named beside those that it does:
+    /// by them it is not known when it is the turn of the patch.
+    #[inline(never)]
+    fn passes(&self, corner: [u32; 2], size: u32, start: f64) -> bool {
+        let [enter, leave] = self.through(corner, size, start);
+        enter < leave
+    }
+
+    /// The ray has been clear of the surface since the last fan, above it or below.
+    #[inline(always)]
+    fn clear(&mut self, above: bool) -> Result<(), Stopped> {
+        self.last = None;
+        if self.sign.now != 0 {
+            self.sign.zero_since = None;
+        } else if let Some(turn) = self.sign.pass(if above { 1.0 } else { -1.0 })
+            && let Some(contact) = turn.zero_since
+            && !self.report(&contact, turn.entering)
+        {
+            return Err(Stopped);
+        }
+        Ok(())
+    }
+
+    /// Looks at a fan over which the ray is between two parameters.
+    // Not eight times within the walks of eight directions.
+    #[inline(never)]
+    fn fan(&mut self, fan: &'t SelectedFan, [near, far]: [f64; 2]) -> bool {
+        let Some(square) = self.whole(fan) else { return self.clamped_fan(fan, [near, far]) };
         let (o, d) = (self.ray.origin, self.ray.direction);
         let (ou, ov) = (o.x - square.center.x, o.y - square.center.y);
         // f at a place of the ray, given the height there.
@@ -724,22 +586,44 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
         let sign = f64::from(self.sign.now);
         if f0 * sign > 0.0 && fa * sign > 0.0 && fb * sign > 0.0 && f1 * sign > 0.0 {
             self.sign.zero_since = None;
-            self.last = Some(patch);
+            self.last = Some(fan);
             return true;
         }
         // No triangle rises by more than the range of heights over half the patch, along either axis.
-        let rise = 4.0 * square.scale * (f64::from(node.high) - f64::from(node.low));
-        self.follow((patch, node, rise), &ends, |t| {
-            let (mu, mv) = at(t);
-            square.facet(mu, mv)
-        })
+        let [low, high] = fan.range().map(f64::from);
+        self.follow((fan, 4.0 * square.scale * (high - low)), &ends)
+    }
+
+    /// The fan of a patch that is wholly on the map.
+    #[inline(always)]
+    fn whole(&self, fan: &SelectedFan) -> Option<WholeFan> {
+        let ([u, v], size) = (fan.corner, fan.size());
+        (u + size <= self.u.cells && v + size <= self.v.cells).then(|| WholeFan::new(fan))
+    }
+
+    /// The triangle of a fan that the ray is over at t.
+    #[inline(always)]
+    fn facet(&self, fan: &SelectedFan, t: f64) -> Facet {
+        let (o, d) = (self.ray.origin, self.ray.direction);
+        if let Some(square) = self.whole(fan) {
+            square.facet((o.x - square.center.x) + d.x * t, (o.y - square.center.y) + d.y * t)
+        } else {
+            self.clamped_facet(fan, t)
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn clamped_facet(&self, fan: &SelectedFan, t: f64) -> Facet {
+        let (fan, p) = (Fan::with_heights(self.surface.tree, fan.patch(), fan.heights), self.ray.at(t));
+        fan.facet(fan.side_at(p.x, p.y))
     }
 
     /// The fan of a patch that the border of the map cuts.
     #[cold]
     #[inline(never)]
-    fn clamped_fan(&mut self, patch: PatchId, node: &FanNode, [near, far]: [f64; 2]) -> bool {
-        let fan = Fan::with_heights(self.surface.tree, patch, node.heights);
+    fn clamped_fan(&mut self, selected: &'t SelectedFan, [near, far]: [f64; 2]) -> bool {
+        let fan = Fan::with_heights(self.surface.tree, selected.patch(), selected.heights);
         let ray = self.ray;
         let (o, d) = (ray.origin, ray.direction);
         // Each corner and the centre lie on one side of the ray's line, or on it: so it is known which spokes it crosses.
@@ -763,14 +647,10 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
             }
         }
         cuts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        let facet = |t: f64| {
-            let p = ray.at(t);
-            fan.facet(fan.side_at(p.x, p.y))
-        };
         // f at the end of a piece that has another end.
         let end = |t: f64, other: f64| {
             let p = ray.at(t);
-            (t, p.z - facet(0.5 * (t + other)).height(p.x, p.y))
+            (t, p.z - self.clamped_facet(selected, 0.5 * (t + other)).height(p.x, p.y))
         };
         let last = cuts.get(count.wrapping_sub(1)).map_or(near, |cut| cut.0);
         let (first, last) = (end(near, cuts[0].0), end(far, last));
@@ -783,11 +663,11 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
         let sign = f64::from(self.sign.now);
         if ends.iter().all(|&(_, f)| f * sign > 0.0) {
             self.sign.zero_since = None;
-            self.last = Some(patch);
+            self.last = Some(selected);
             return true;
         }
         let rises = Side::ALL.map(|side| fan.gradient(side)).map(|[gu, gv]| gu.abs() + gv.abs());
-        self.follow((patch, node, rises.into_iter().fold(0.0, larger)), &ends, facet)
+        self.follow((selected, rises.into_iter().fold(0.0, larger)), &ends)
     }
 
     /// A vertical ray meets the surface once.
@@ -795,70 +675,50 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
         let fans = self.surface.fans;
         let (o, d) = (self.ray.origin, self.ray.direction.z);
         // The lines are measured from the middle of the cell.
-        let cell = [self.u.from as usize, self.v.from as usize];
-        let (mut block, mut shift) = (fans.top, fans.shift);
-        let (patch, node) = loop {
-            let [column, row] = cell.map(|i| i >> shift);
-            let Some(node) = fans.nodes.get(block.place(column, row)) else { return };
-            if node.below == Block::NONE {
-                break (self.patch([column, row], shift), node);
-            }
-            block = node.below;
-            shift -= block.bits();
-        };
-        let [[u0, v0], [u1, v1]] = self.surface.tree.extent(patch);
-        let size = self.surface.tree.size(patch.level);
-        let facet = if u1 - u0 == size && v1 - v0 == size {
-            let square = Square::new([u0, v0], size, node);
-            square.facet(o.x - square.center.x, o.y - square.center.y)
-        } else {
-            let fan = Fan::with_heights(self.surface.tree, patch, node.heights);
-            fan.facet(fan.side_at(o.x, o.y))
-        };
+        let cell = [self.u.from as u32, self.v.from as u32];
+        let Some(fan) = fans.fan_at(cell) else { return };
+        let facet = self.facet(fan, 0.0);
         let t = (facet.height(o.x, o.y) - o.z) / d;
         if t >= self.ray.near && t <= self.ray.far {
-            self.report(&Contact { t, patch, facet, wall: None }, d < 0.0);
+            self.report(&Contact { t, fan, over: t, wall: None }, d < 0.0);
         }
     }
 
     /// Follows the ray over a patch: `ends` are the parameters at which it enters it, goes from one of its triangles to the next, and
-    /// leaves it, with f there; beyond the last there may be copies of it. `facet` is the triangle at a parameter; for `rise` see
-    /// [`Walk::is_in_doubt`].
+    /// leaves it, with f there; beyond the last there may be copies of it. For `rise` see [`Walk::is_in_doubt`].
     #[cold]
     #[inline(never)]
-    fn follow(
-        &mut self,
-        (patch, node, rise): (PatchId, &FanNode, f64),
-        ends: &[(f64, f64)],
-        facet: impl Fn(f64) -> Facet,
-    ) -> bool {
-        let mut before = None;
+    fn follow(&mut self, (fan, rise): (&'t SelectedFan, f64), ends: &[(f64, f64)]) -> bool {
+        let Some(&(mut before)) = ends.first() else { return true };
         for (i, &(t, f)) in ends.iter().enumerate() {
-            let (t0, f0) = before.unwrap_or((t, f));
+            let (t0, f0) = before;
             if t <= t0 && i > 0 && i + 1 < ends.len() {
                 continue;
             }
-            before = Some((t, f));
-            if f == 0.0 || self.sign.turns(f) && self.is_in_doubt(t, f, patch, node, rise) {
+            before = (t, f);
+            if f * f64::from(self.sign.now) > 0.0 {
+                self.sign.zero_since = None;
+                continue;
+            }
+            if f == 0.0 || self.sign.turns(f) && self.is_in_doubt(t, f, fan, rise) {
                 let next = || ends.iter().find(|(next, _)| *next > t).map_or(t, |next| next.0);
-                let facet = facet(0.5 * (t + if i == 0 { next() } else { t0 }));
-                self.sign.zero_since.get_or_insert(Contact { t, patch, facet, wall: None });
+                let over = 0.5 * (t + if i == 0 { next() } else { t0 });
+                self.sign.zero_since.get_or_insert(Contact { t, fan, over, wall: None });
                 continue;
             }
             let Some(turn) = self.sign.pass(f) else { continue };
             // Where the ray ran within the surface the hit is where it met it, which may be patches ago.
             let contact = turn.zero_since.unwrap_or_else(|| {
                 // At the start of the patch: a wall between patches of unequal size, or rounding.
-                let wall = (i == 0).then(|| self.entered_side(patch, t)).flatten();
-                let wall = wall.filter(|&side| self.unequal(patch, side));
+                let wall = (i == 0).then(|| self.wall(fan, t)).flatten();
                 let t = if i == 0 { t } else { t0 + (t - t0) * (f0 / (f0 - f)) };
-                Contact { t, patch, facet: facet(0.5 * (t0 + t)), wall }
+                Contact { t, fan, over: 0.5 * (t0 + t), wall }
             });
             if !self.report(&contact, turn.entering) {
                 return false;
             }
         }
-        self.last = Some(patch);
+        self.last = Some(fan);
         true
     }
 
@@ -869,29 +729,22 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
     /// |o| + |d t| in each axis, and going along the ray by 2 ε more; on the triangle that is as much times its slope. Its own height is off
     /// by 2 ε of the centre's, and by 3 ε of what it rises over the patch's size; o_w + d_w t by 2 ε of its parts. Together less
     /// than 8 ε of their sum.
-    fn is_in_doubt(&self, t: f64, f: f64, patch: PatchId, node: &FanNode, rise: f64) -> bool {
+    fn is_in_doubt(&self, t: f64, f: f64, fan: &SelectedFan, rise: f64) -> bool {
         let (o, d) = (self.ray.origin.abs(), (self.ray.direction * t).abs());
-        let size = f64::from(self.surface.tree.size(patch.level));
-        let height = f64::from(larger(-node.low, node.high));
+        let size = f64::from(fan.size());
+        let [low, high] = fan.range();
+        let height = f64::from(larger(-low, high));
         f.abs() <= 4.0 * f64::EPSILON * (o.z + d.z + height + rise * (o.x + d.x + o.y + d.y + size))
     }
 
-    /// Whether the patch that was left last is of another level.
-    fn unequal(&self, patch: PatchId, side: Side) -> bool {
-        match self.last {
-            Some(last) => last.level != patch.level,
-            // The neighbour was skipped as a block: see whether its fan can differ.
-            None => self
-                .surface
-                .tree
-                .neighbour(patch, side)
-                .is_some_and(|n| self.surface.selection.active(self.surface.tree, n).is_none()),
-        }
-    }
-
-    /// The side through which the ray came into a patch at t.
-    fn entered_side(&self, patch: PatchId, t: f64) -> Option<Side> {
-        let [[u0, v0], [u1, v1]] = self.surface.tree.extent(patch);
+    /// The side through which the ray came into a patch at t, if the patch that it left there is of another level: between the two
+    /// stands a wall.
+    #[cold]
+    #[inline(never)]
+    fn wall(&self, fan: &SelectedFan, t: f64) -> Option<Side> {
+        let tree = self.surface.tree;
+        let patch = fan.patch();
+        let [[u0, v0], [u1, v1]] = tree.extent(patch);
         let p = self.ray.at(t);
         let d = self.ray.direction;
         let candidates = [
@@ -900,22 +753,29 @@ impl<F: FnMut(TerrainHit) -> bool> Walk<'_, F> {
             (d.y > 0.0, (p.y - f64::from(v0)).abs(), Side::North),
             (d.y < 0.0, (p.y - f64::from(v1)).abs(), Side::South),
         ];
-        candidates.into_iter().filter(|c| c.0).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(_, _, side)| side)
+        let side = candidates.into_iter().filter(|c| c.0).min_by(|a, b| a.1.total_cmp(&b.1)).map(|c| c.2)?;
+        let unequal = match self.last {
+            Some(last) => last.patch().level != patch.level,
+            // The neighbour was skipped as a block: see whether its fan can differ.
+            None => tree.neighbour(patch, side).is_some_and(|n| self.surface.selection.active(tree, n).is_none()),
+        };
+        unequal.then_some(side)
     }
 
     #[cold]
     #[inline(never)]
-    fn report(&mut self, &Contact { t, patch, facet, wall }: &Contact, entering: bool) -> bool {
-        let tree = self.surface.tree;
-        let mut error = self.surface.errors.get(tree, patch);
+    fn report(&mut self, &Contact { t, fan, over, wall }: &Contact, entering: bool) -> bool {
+        let (tree, errors) = (self.surface.tree, self.surface.errors);
+        let (patch, facet) = (fan.patch(), self.facet(fan, over));
+        let mut error = errors.get(tree, patch);
         let mut point = self.ray.at(t);
         if let Some(wall) = wall {
             // A wall stands between two fans: the larger of the two bounds.
-            let other = self.last.or_else(|| tree.neighbour(patch, wall)).map(|p| self.covering(p));
-            error = other.map_or(error, |p| error.max(self.surface.errors.get(tree, p)));
+            let other =
+                self.last.map(SelectedFan::patch).or_else(|| tree.neighbour(patch, wall)).map(|p| self.covering(p));
+            error = other.map_or(error, |p| larger(error, errors.get(tree, p)));
         } else {
-            let cells = tree.cells();
-            let (u, v) = (point.x.clamp(0.0, f64::from(cells[0])), point.y.clamp(0.0, f64::from(cells[1])));
+            let (u, v) = (point.x.clamp(0.0, f64::from(self.u.cells)), point.y.clamp(0.0, f64::from(self.v.cells)));
             point = DVec3::new(u, v, facet.height(u, v));
         }
         let field = self.surface.field;

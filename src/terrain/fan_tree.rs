@@ -1,0 +1,638 @@
+//! The fans of a selection, compact: what a coarse pick walks through.
+//!
+//! A tree of blocks of four by four squares, whatever the patches' own branching: a square is a patch, a part of a larger one, or
+//! a block of smaller ones. With each goes the range of heights of the fans below, which is much tighter than that of the ground:
+//! most patches are passed without a look at their fan.
+//!
+//! # All squares at a time
+//!
+//! A ray does not go from square to square. It asks a block once which of its squares it passes, and where it is not clear of what is
+//! below ([`Course`]): all sixteen, four at a time, without a branch. What costs a walk is the branches that can not be foreseen, and
+//! going on to the next square is two of them.
+//!
+//! # Why nothing is missed
+//!
+//! Only the squares that the answer names are looked at, so it may name too many but never one too few. It is worked out in f32, and
+//! to be safe squares are widened. Let S be the side of the block at the top, in cells, e = 2⁻²⁴ (half an ulp of f32) and ε = 2⁻⁵³.
+//!
+//! * *When* the ray enters a square counts from where it starts, in steps that take it one cell along its longer axis. In cells of
+//!   either axis such a number is at most S, and off by at most e S for the place where it starts, e S for the step, on each of at most
+//!   13 levels e S for a sum (and e S for the products of all), and 4 e S for the four lines of a block and the way to leave a
+//!   square: less than 2⁵ e S = 2⁻¹⁹ S. The walk's own parameters, of which the fans' are made, are f64: off by 3 ε of the
+//!   distance to the origin o for a line and 4 ε for the start, less than 2⁻⁵⁰ (|o| + S). Each square is widened by 2⁻¹⁸ S + 2⁻⁴⁹ |o|
+//!   on all sides.
+//! * A ray that would take more than 2⁶⁰ steps to cross a cell is taken to need 2⁶⁰. It is under way for less than 2²⁷: what is
+//!   further from it than 2⁻³³ cells it does not reach, and squares are widened by more.
+//! * *How high* it is there, h + s t for a height h at the start and a slope s, is off by e |h|, 2 e |s t| and e of the sum. Where that
+//!   is one of a fan, at most H, |s t| is at most |h| + H, so it is off by less than 8 e times the larger of |h| and H. Where it is
+//!   further down, so is what rounding makes of it. The walk's own heights are off by 2 ε (|o| + |d t|) and what 3 ε |t| make of d: less
+//!   than 2⁻⁵⁰ (|o| + |d t|). The ray is lowered by 2⁻²¹ max(|h|, H) + 2⁻⁴⁹ (|o| + |d t|) for the longest t.
+//!
+//! A ray from a million map's widths away still sees the squares it passes and few others. From further than 2⁴⁹ S it sees them all,
+//! but f64 does not know any more where it passes.
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
+
+use glam::{Vec4, Vec4Swizzles};
+
+use super::axis::Axis;
+use super::height_field::HeightField;
+use super::hierarchy::{Hierarchy, PatchId};
+use super::pick::{Fan, LatticeRay};
+use super::pyramid::{larger, smaller};
+use super::selection::Selection;
+
+/// Squares along a side of a block: as many as a vector has places.
+const SIDE: usize = 4;
+/// A block has 2^BITS squares along a side.
+const BITS: u32 = SIDE.trailing_zeros();
+/// More levels than any tree has: a map has at most 2²⁴ cells along a side.
+pub(super) const LEVELS: usize = 24 / BITS as usize + 1;
+
+/// The fans of a selection: what a coarse pick walks through. Made once for a selection, shared by all its picks.
+///
+/// Heights are samples, which f32 holds exactly. 32 bytes for each fan, and 128 (where not all squares are fans 256) for a block.
+#[derive(Debug)]
+pub struct FanTree {
+    top: Block,
+    /// Of all blocks, first of those of sixteen fans, which most are.
+    bounds: Vec<Bounds>,
+    /// The fans of those, one block after the other: there is no number to fetch first.
+    fans: Vec<SelectedFan>,
+    /// What the other blocks are made of.
+    mixed: Vec<[Square; SIDE * SIDE]>,
+    /// The fans among those.
+    single: Vec<SelectedFan>,
+    /// The squares of the block at the top have 2^shift cells a side.
+    shift: u32,
+    /// Smallest and largest height of all fans.
+    pub(super) range: [f64; 2],
+    /// More squares than a walk along a straight line can come to ([`Hierarchy::step_limit`]).
+    pub(super) step_limit: u32,
+}
+
+/// The largest heights of sixteen squares, row by row, and those of the surface upside down: the smallest, negated. Squares beyond
+/// the map are empty: no ray comes near.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct Bounds([[[f32; SIDE]; SIDE]; 2]);
+
+impl Bounds {
+    const EMPTY: Self = Self([[[f32::NEG_INFINITY; SIDE]; SIDE]; 2]);
+
+    fn set(&mut self, square: usize, [low, high]: [f32; 2]) {
+        let Self([upright, upside_down]) = self;
+        let (upright, upside_down) = (upright.as_flattened_mut(), upside_down.as_flattened_mut());
+        if let (Some(upright), Some(upside_down)) = (upright.get_mut(square), upside_down.get_mut(square)) {
+            (*upright, *upside_down) = (high, -low);
+        }
+    }
+
+    fn range(&self) -> [f32; 2] {
+        let [high, low] = self.0.map(|bounds| bounds.into_iter().flatten().fold(f32::NEG_INFINITY, larger));
+        [-low, high]
+    }
+}
+
+/// The number of a block.
+pub(super) type Block = u32;
+
+/// What a square of a block is.
+#[derive(Debug, Clone, Copy)]
+enum Square {
+    Block(Block),
+    /// The number of one of the fans of a tree that are single.
+    Fan(u32),
+    BeyondMap,
+}
+
+/// The same, for a walk.
+pub(super) enum Below<'t> {
+    Block(Block),
+    Fan(&'t SelectedFan),
+    Nothing,
+}
+
+/// The fan of an active patch.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(32))]
+pub(super) struct SelectedFan {
+    /// Corners north-west, north-east, south-east, south-west, and the centre.
+    pub(super) heights: [f32; 5],
+    /// North-west corner.
+    pub(super) corner: [u32; 2],
+    /// The patch has 2^shift cells a side.
+    pub(super) shift: u8,
+    level: u8,
+}
+
+impl SelectedFan {
+    /// Fills up a block at the border of the map: far beyond.
+    const NONE: Self = Self { heights: [0.0; 5], corner: [u32::MAX; 2], shift: 0, level: 0 };
+
+    /// Smallest and largest height.
+    #[inline(always)]
+    pub(super) fn range(&self) -> [f32; 2] {
+        let [first, rest @ ..] = self.heights;
+        [rest.into_iter().fold(first, smaller), rest.into_iter().fold(first, larger)]
+    }
+
+    #[inline(always)]
+    pub(super) fn size(&self) -> u32 {
+        1 << self.shift
+    }
+
+    /// The north-west corner of that part of the patch, of so many cells a side, which is the square with a number in a block.
+    #[inline(always)]
+    pub(super) fn part(&self, size: u32, number: usize) -> [u32; 2] {
+        let [u, v] = self.corner;
+        let parts = self.size() / size;
+        let [column, row] = [number % SIDE, number / SIDE].map(|i| i as u32 % parts);
+        [u + column * size, v + row * size]
+    }
+
+    #[inline(always)]
+    pub(super) fn patch(&self) -> PatchId {
+        let [column, row] = self.corner.map(|i| i >> self.shift);
+        PatchId { level: self.level, column, row }
+    }
+}
+
+impl FanTree {
+    /// The fans of the active patches.
+    #[must_use]
+    pub fn new(field: &HeightField, tree: &Hierarchy, selection: &Selection) -> Self {
+        let [columns, rows] = tree.cells();
+        let mut shift = tree.size(tree.depth()).trailing_zeros();
+        while columns.max(rows) > (SIDE as u32) << shift {
+            shift += BITS;
+        }
+        let mut maker = Maker {
+            field,
+            tree,
+            selection,
+            whole: Vec::new(),
+            fans: Vec::new(),
+            mixed: Vec::new(),
+            single: Vec::new(),
+        };
+        let (top, range) = maker.add([0, 0], shift, None);
+        let Maker { whole, fans, mixed, single, .. } = maker;
+        // Those of fans first.
+        let number = |made: Made| match made {
+            Made::Whole(i) => i,
+            Made::Mixed(i) => i + whole.len() as u32,
+        };
+        let square = |of: MadeSquare| match of {
+            MadeSquare::Block(made) => Square::Block(number(made)),
+            MadeSquare::Fan(i) => Square::Fan(i),
+            MadeSquare::BeyondMap => Square::BeyondMap,
+        };
+        Self {
+            top: number(top),
+            bounds: whole.iter().copied().chain(mixed.iter().map(|(bounds, _)| *bounds)).collect(),
+            mixed: mixed.iter().map(|(_, squares)| squares.map(square)).collect(),
+            fans,
+            single,
+            shift,
+            range: range.map(f64::from),
+            step_limit: tree.step_limit(),
+        }
+    }
+
+    /// Bytes that the blocks and fans occupy.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let fans = size_of_val(self.fans.as_slice()) + size_of_val(self.single.as_slice());
+        fans + size_of_val(self.bounds.as_slice()) + size_of_val(self.mixed.as_slice())
+    }
+
+    /// What a square of a block is.
+    #[inline(always)]
+    pub(super) fn below(&self, block: Block, square: usize) -> Below<'_> {
+        let block = block as usize;
+        if let Some(fan) = self.fans.get(block * (SIDE * SIDE) + square) {
+            return Below::Fan(fan);
+        }
+        let squares = self.mixed.get(block.wrapping_sub(self.fans.len() / (SIDE * SIDE)));
+        match squares.and_then(|squares| squares.get(square)) {
+            Some(&Square::Block(block)) => Below::Block(block),
+            Some(&Square::Fan(i)) => self.single.get(i as usize).map_or(Below::Nothing, Below::Fan),
+            Some(Square::BeyondMap) | None => Below::Nothing,
+        }
+    }
+
+    /// The fan of the patch in which a cell lies.
+    pub(super) fn fan_at(&self, cell: [u32; 2]) -> Option<&SelectedFan> {
+        let (mut block, mut shift) = (self.top, self.shift);
+        loop {
+            let [column, row] = cell.map(|i| (i >> shift) as usize % SIDE);
+            match self.below(block, row * SIDE + column) {
+                Below::Block(below) => (block, shift) = (below, shift.checked_sub(BITS)?),
+                Below::Fan(fan) => return Some(fan),
+                Below::Nothing => return None,
+            }
+        }
+    }
+}
+
+/// Makes a [`FanTree`].
+struct Maker<'t> {
+    field: &'t HeightField,
+    tree: &'t Hierarchy,
+    selection: &'t Selection,
+    whole: Vec<Bounds>,
+    fans: Vec<SelectedFan>,
+    mixed: Vec<(Bounds, [MadeSquare; SIDE * SIDE])>,
+    single: Vec<SelectedFan>,
+}
+
+/// The number of a block among its like.
+#[derive(Clone, Copy)]
+enum Made {
+    Whole(u32),
+    Mixed(u32),
+}
+
+#[derive(Clone, Copy)]
+enum MadeSquare {
+    Block(Made),
+    Fan(u32),
+    BeyondMap,
+}
+
+impl Maker<'_> {
+    /// Adds the block of squares with 2^shift cells a side whose north-west square has this column and row, and all below. It lies
+    /// within a split patch, or over the roots. Returns its number and the range of its fans.
+    fn add(&mut self, [west, north]: [u32; 2], shift: u32, around: Option<PatchId>) -> (Made, [f32; 2]) {
+        let [columns, rows] = self.tree.cells().map(|cells| cells.div_ceil(1 << shift));
+        let (columns, rows) = (west..(west + SIDE as u32).min(columns), north..(north + SIDE as u32).min(rows));
+        let squares = rows.flat_map(|row| columns.clone().map(move |column| [column, row]));
+        let over: Vec<_> = squares.map(|square| (square, self.patch_over(square, shift, around))).collect();
+        let number = |[column, row]: [u32; 2]| (row - north) as usize * SIDE + (column - west) as usize;
+        let mut bounds = Bounds::EMPTY;
+        let made = if over.iter().all(|(_, (_, active))| *active) {
+            let mut fans = [SelectedFan::NONE; SIDE * SIDE];
+            for &(square, (patch, _)) in &over {
+                if let (Some(patch), Some(place)) = (patch, fans.get_mut(number(square))) {
+                    *place = self.fan(patch);
+                    bounds.set(number(square), place.range());
+                }
+            }
+            self.fans.extend(fans);
+            self.whole.push(bounds);
+            Made::Whole(self.whole.len() as u32 - 1)
+        } else {
+            // Before those below it: the upper ones are near each other.
+            let place = self.mixed.len();
+            let mut squares = [MadeSquare::BeyondMap; SIDE * SIDE];
+            self.mixed.push((bounds, squares));
+            for &(square, (patch, active)) in &over {
+                let (made, range) = match patch {
+                    Some(patch) if active => {
+                        let fan = self.fan(patch);
+                        self.single.push(fan);
+                        (MadeSquare::Fan(self.single.len() as u32 - 1), fan.range())
+                    }
+                    _ => {
+                        let (block, range) = self.add(square.map(|i| i << BITS), shift - BITS, patch);
+                        (MadeSquare::Block(block), range)
+                    }
+                };
+                if let Some(place) = squares.get_mut(number(square)) {
+                    *place = made;
+                    bounds.set(number(square), range);
+                }
+            }
+            if let Some(place) = self.mixed.get_mut(place) {
+                *place = (bounds, squares);
+            }
+            Made::Mixed(place as u32)
+        };
+        (made, bounds.range())
+    }
+
+    /// The smallest patch that is not smaller than a square in which it lies, and whether it is active; if not it is split. `None`
+    /// where even the roots are smaller.
+    fn patch_over(&self, square: [u32; 2], shift: u32, around: Option<PatchId>) -> (Option<PatchId>, bool) {
+        let mut over = around;
+        loop {
+            if let Some(patch) = over
+                && !self.selection.is_split(self.tree, patch)
+            {
+                return (over, true);
+            }
+            let level = over.map_or(0, |patch| patch.level + 1);
+            let up = match self.tree.size(level).trailing_zeros().checked_sub(shift) {
+                Some(up) if level <= self.tree.depth() => up,
+                _ => return (over, false),
+            };
+            let [column, row] = square.map(|i| i >> up);
+            over = Some(PatchId { level, column, row });
+        }
+    }
+
+    /// The fan of an active patch.
+    fn fan(&self, patch: PatchId) -> SelectedFan {
+        let heights = Fan::places(self.tree, patch).map(|[u, v]| self.field.raw(u, v) as f32);
+        let shift = self.tree.size(patch.level).trailing_zeros() as u8;
+        SelectedFan { heights, corner: self.tree.origin(patch), shift, level: patch.level }
+    }
+}
+
+/// A ray on its way through blocks, from a parameter on.
+///
+/// It is above the surface. For one that is below, all is upside down. Where it goes is known when this is compiled: `EAST` to larger
+/// columns, or otherwise to smaller ones, `SOUTH` to larger rows, and `DOWN`: it is nearest to what is below it where it leaves a
+/// square, not where it enters it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Course<const EAST: bool, const SOUTH: bool, const DOWN: bool> {
+    u: Along,
+    v: Along,
+    /// When the ray ends: like all that says "when", in steps of one cell along its longer axis, after it has started.
+    end: f32,
+    /// Height at the start, lowered by what rounding may do, and the change of height with each step.
+    height: f32,
+    slope: f32,
+    /// Which of the [`Bounds`] it looks at.
+    side: usize,
+}
+
+/// One axis of a [`Course`].
+#[derive(Debug, Clone, Copy)]
+struct Along {
+    /// What it takes to cross a cell.
+    cell: f32,
+    /// What it takes to cross that by which a square is wider than it is.
+    margin: f32,
+}
+
+/// A block on the course.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Visit {
+    pub(super) block: Block,
+    /// The squares that are still to be looked at, a bit for each.
+    open: u32,
+    /// When the ray crosses the first line of columns, and of rows.
+    enter: [f32; 2],
+    /// Size of the squares in cells.
+    pub(super) size: f32,
+}
+
+impl Visit {
+    /// None.
+    pub(super) const NONE: Self = Self { block: 0, open: 0, enter: [0.0; 2], size: 0.0 };
+
+    /// The next square of those to be looked at. They are counted in the order in which the ray passes them.
+    #[inline(always)]
+    pub(super) fn next(&mut self) -> Option<usize> {
+        let next = (self.open != 0).then(|| self.open.trailing_zeros() as usize);
+        self.open &= self.open.wrapping_sub(1);
+        next
+    }
+}
+
+impl<const EAST: bool, const SOUTH: bool, const DOWN: bool> Course<EAST, SOUTH, DOWN> {
+    /// The course of a ray, whose range is clipped to the map, from `start` on; and the block at the top.
+    #[inline(always)]
+    pub(super) fn new(tree: &FanTree, ray: &LatticeRay, [u, v]: [&Axis; 2], start: f64, above: bool) -> (Self, Visit) {
+        // Steps in a unit of the parameter.
+        let pace = larger(u.direction.abs(), v.direction.abs());
+        let size = (1u32 << tree.shift) as f32;
+        let side = f64::from(size) * SIDE as f64;
+        let along = |axis: &Axis, forward: bool| {
+            let place = axis.from + axis.direction * start;
+            let margin = side * 2f64.powi(-18) + axis.from.abs() * 2f64.powi(-49);
+            let cell = smaller(axis.inverse.abs() * pace, 2f64.powi(60));
+            let before = if forward { place } else { side - place };
+            (Along { cell: cell as f32, margin: (2.0 * margin * cell) as f32 }, (-(before + margin) * cell) as f32)
+        };
+        let ((u_along, enter_u), (v_along, enter_v)) = (along(u, EAST), along(v, SOUTH));
+        let end = ((ray.far - start) * pace + side * 2f64.powi(-18)) as f32;
+        let (o, d) = (ray.origin.z, ray.direction.z);
+        let (height, slope) = (o + d * start, d * smaller(u.inverse.abs(), v.inverse.abs()));
+        let largest = larger(height.abs(), larger(-tree.range[0], tree.range[1]));
+        let rounding = (o.abs() + d.abs() * larger(start.abs(), ray.far.abs())) * 2f64.powi(-49);
+        let margin = largest * 2f64.powi(-21) + rounding;
+        let (height, slope) = if above { (height, slope) } else { (-height, -slope) };
+        let (height, slope) = ((height - margin) as f32, slope as f32);
+        // Beyond f32 it is never clear.
+        let finite = height.is_finite() && slope.is_finite();
+        let (height, slope) = if finite { (height, slope) } else { (f32::MIN, 0.0) };
+        let course = Self { u: u_along, v: v_along, end, height, slope, side: usize::from(!above) };
+        (course, course.visit(tree, tree.top, [enter_u, enter_v], size))
+    }
+
+    /// A block that is a square of another.
+    #[inline(always)]
+    pub(super) fn below(&self, tree: &FanTree, around: &Visit, square: usize, block: Block) -> Visit {
+        const NUMBERS: [f32; SIDE] = [0.0, 1.0, 2.0, 3.0];
+        let [column, row] = [square % SIDE, square / SIDE % SIDE].map(|i| NUMBERS.get(i).copied().unwrap_or(0.0));
+        let [u, v] = around.enter;
+        let enter = [u + column * (around.size * self.u.cell), v + row * (around.size * self.v.cell)];
+        self.visit(tree, block, enter, around.size * (1.0 / SIDE as f32))
+    }
+
+    /// The squares of a block that the ray passes, and where it is not clear of all below it.
+    #[inline(always)]
+    fn visit(&self, tree: &FanTree, block: Block, enter: [f32; 2], size: f32) -> Visit {
+        let mut visit = Visit { block, open: 0, enter, size };
+        let Some(bounds) = tree.bounds.get(block as usize).and_then(|bounds| bounds.0.get(self.side)) else {
+            return visit;
+        };
+        // When it enters four columns or rows, and when it leaves them.
+        let across = |along: &Along, enter: f32| {
+            let square = size * along.cell;
+            let enter = Vec4::splat(enter) + Vec4::new(0.0, 1.0, 2.0, 3.0) * square;
+            (enter, enter + Vec4::splat(square + along.margin))
+        };
+        let [enter_u, enter_v] = enter;
+        let ((enter_u, leave_u), (enter_v, leave_v)) = (across(&self.u, enter_u), across(&self.v, enter_v));
+        let (enter_v, leave_v) = (enter_v.max(Vec4::ZERO), leave_v.min(Vec4::splat(self.end)));
+        let (height, slope) = (Vec4::splat(self.height), Vec4::splat(self.slope));
+        let row = |enter: f32, leave: f32, bounds: [f32; SIDE]| {
+            let (enter, leave) = (enter_u.max(Vec4::splat(enter)), leave_u.min(Vec4::splat(leave)));
+            let lowest = if DOWN { leave } else { enter } * slope + height;
+            let bounds = Vec4::from_array(bounds);
+            (enter.cmple(leave) & lowest.cmple(if EAST { bounds } else { bounds.wzyx() })).bitmask()
+        };
+        let [a, b, c, d] = *bounds;
+        let [a, b, c, d] = if SOUTH { [a, b, c, d] } else { [d, c, b, a] };
+        visit.open = row(enter_v.x, leave_v.x, a)
+            | row(enter_v.y, leave_v.y, b) << 4
+            | row(enter_v.z, leave_v.z, c) << 8
+            | row(enter_v.w, leave_v.w, d) << 12;
+        visit
+    }
+
+    /// The number of a square in its block: a visit counts them in the order in which the ray passes them.
+    #[inline(always)]
+    pub(super) fn number(square: usize) -> usize {
+        square ^ (if EAST { 0 } else { 0b0011 } | if SOUTH { 0 } else { 0b1100 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::super::generate::generate;
+    use super::super::parts::Resolutions;
+    use super::super::selection::{LodEye, Precision};
+    use super::*;
+
+    /// Numbers from 0 to 1 (splitmix64).
+    struct Rng(u64);
+
+    impl Rng {
+        fn unit(&mut self) -> f64 {
+            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mut z = self.0;
+            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        }
+
+        fn one_of<T: Copy>(&mut self, list: &[T]) -> T {
+            list[(self.unit() * list.len() as f64) as usize]
+        }
+    }
+
+    /// Squares that a ray passes without being clear, that are named without need, and that are not named.
+    #[derive(Default, Debug)]
+    struct Count {
+        passed: usize,
+        needless: usize,
+        rest: usize,
+    }
+
+    /// Judges the answer for a block, and those for all below it, by f64.
+    fn judge<const EAST: bool, const SOUTH: bool, const DOWN: bool>(
+        tree: &FanTree,
+        course: &Course<EAST, SOUTH, DOWN>,
+        visit: Visit,
+        corner: [f64; 2],
+        (ray, axes, start, above): (&LatticeRay, &[Axis; 2], f64, bool),
+        count: &mut Count,
+    ) {
+        let size = f64::from(visit.size);
+        let open = visit.open;
+        for square in 0..16 {
+            let number = Course::<EAST, SOUTH, DOWN>::number(square);
+            let place = [corner[0] + (number % 4) as f64 * size, corner[1] + (number / 4) as f64 * size];
+            let [[enter_u, leave_u], [enter_v, leave_v]] = [0, 1].map(|i| axes[i].across(place[i], size));
+            let (enter, leave) = (enter_u.max(enter_v).max(start), leave_u.min(leave_v).min(ray.far));
+            let [high, low] =
+                tree.bounds[visit.block as usize].0.map(|bounds| f64::from(bounds[number / 4][number % 4]));
+            let heights = [enter, leave].map(|t| ray.origin.z + ray.direction.z * t);
+            let near = if above { heights[0].min(heights[1]) <= high } else { heights[0].max(heights[1]) >= -low };
+            let named = open >> square & 1 != 0;
+            if enter < leave && near {
+                assert!(
+                    named,
+                    "square {number} of {visit:?}, {enter} to {leave}, {heights:?}: {ray:?} from {start}, {course:?}"
+                );
+                count.passed += 1;
+            } else if named {
+                count.needless += 1;
+            } else {
+                count.rest += 1;
+            }
+            if let Below::Block(block) = tree.below(visit.block, number) {
+                let below = course.below(tree, &visit, square, block);
+                judge(tree, course, below, place, (ray, axes, start, above), count);
+            }
+        }
+    }
+
+    fn judge_ray(tree: &FanTree, ray: &LatticeRay, cells: [u32; 2], above: bool, part: f64, count: &mut Count) {
+        let Some((ray, _)) = ray.tamed() else { return };
+        let (o, d) = (ray.origin, ray.direction);
+        let axes = [Axis::new(o.x, d.x, cells[0]), Axis::new(o.y, d.y, cells[1])];
+        let [[near_u, far_u], [near_v, far_v]] = axes.map(|axis| axis.range());
+        let (near, far) = (ray.near.max(near_u).max(near_v), ray.far.min(far_u).min(far_v));
+        if !(near < far && near.is_finite() && far.is_finite()) {
+            return;
+        }
+        let start = near + (far - near) * part;
+        let ray = LatticeRay { near, far, ..ray };
+        macro_rules! judge_along {
+            ($($east:literal $south:literal $down:literal),*) => {
+                match (axes[0].forward, axes[1].forward, (d.z <= 0.0) == above) {
+                    $(($east, $south, $down) => {
+                        let (course, top) = Course::<$east, $south, $down>::new(tree, &ray, [&axes[0], &axes[1]], start, above);
+                        judge(tree, &course, top, [0.0; 2], (&ray, &axes, start, above), count);
+                    })*
+                }
+            };
+        }
+        judge_along!(
+            true true true, true true false, true false true, true false false,
+            false true true, false true false, false false true, false false false
+        );
+    }
+
+    #[test]
+    fn no_square_that_a_ray_passes_is_missed() {
+        let mut rng = Rng(1);
+        let mut count = Count::default();
+        for (columns, rows, min, levels, precision) in [
+            (129, 129, 4, 3, 1.0),
+            (201, 130, 2, 2, 4.0),
+            (41, 9, 2, 3, 40.0),
+            (3, 300, 8, 2, 3.0),
+            (300, 300, 2, 5, 9.0),
+        ] {
+            let land = generate(300, 3).unwrap();
+            // Heights of all sizes: what is clear is found by comparing.
+            let scale = rng.one_of(&[1.0, 1e-30, 1e-6, 1e30]);
+            let samples = (0..rows).flat_map(|r| (0..columns).map(move |c| (c, r)));
+            let samples = samples.map(|(c, r)| ((land.raw(c, r) - 30_000.0) * scale) as f32).collect();
+            let field = HeightField::from_f32(columns, rows, samples, Default::default()).unwrap();
+            let tree = Hierarchy::new(field.cells(), Resolutions::new(min, levels).unwrap());
+            let eye = LodEye::Point { u: 5.0, v: 60.0, height: 3.0 };
+            let selection = Selection::of(&tree, &Precision { precision, eye });
+            let fans = FanTree::new(&field, &tree, &selection);
+            let [low, high] = fans.range;
+            let [cu, cv] = field.cells().map(f64::from);
+            for _ in 0..4000 {
+                // Half of them samples: where patches meet, and at the very height of their bounds.
+                let mut place = || {
+                    let [u, v] = [rng.unit() * cu, rng.unit() * cv];
+                    if rng.unit() < 0.5 {
+                        let [c, r] = [u.round(), v.round()];
+                        return DVec3::new(c, r, field.raw(c as u32, r as u32));
+                    }
+                    DVec3::new(u, v, low + (high - low) * (1.2 * rng.unit() - 0.1))
+                };
+                let (from, to) = (place(), place());
+                let mut d = to - from;
+                match rng.one_of(&[0, 1, 2, 3, 4, 5, 6, 7]) {
+                    0 => d.x = 0.0,
+                    1 => d.y = 0.0,
+                    2 => d.z *= 1e-6,
+                    3 => d.x *= 10f64.powf(-60.0 * rng.unit()),
+                    4 => (d.x, d.y) = (d.x * 10f64.powf(-250.0 * rng.unit()), d.y * 10f64.powf(-250.0 * rng.unit())),
+                    5 => d.y = d.x,
+                    _ => {}
+                }
+                if d.x == 0.0 && d.y == 0.0 {
+                    continue;
+                }
+                let origin = from - d * rng.one_of(&[0.0, 1.0, 1000.0, 1e7, 1e12]);
+                let ray = LatticeRay {
+                    origin,
+                    direction: d * rng.one_of(&[1.0, 1e-100, 1e100]),
+                    near: 0.0,
+                    far: f64::INFINITY,
+                };
+                let part = rng.one_of(&[0.0, 0.0, 0.3]);
+                judge_ray(&fans, &ray, field.cells(), rng.unit() < 0.5, part, &mut count);
+            }
+        }
+        // And few are named without need: those that a ray touches in a corner, or passes very near.
+        assert!(
+            count.passed > 100_000 && count.needless < count.passed / 5 && count.rest > 10 * count.passed,
+            "{count:?}"
+        );
+    }
+}
