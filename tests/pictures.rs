@@ -133,7 +133,7 @@ fn matches_reference(name: &str, picture: &Picture) {
     let differs = |(a, b): (&[u8], &[u8])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 40);
     let far = picture.rgba.chunks_exact(4).zip(want.chunks_exact(4)).filter(|&pair| differs(pair)).count();
     if mean > 1.5 || far * 100 > want.len() / 4 {
-        let actual = folder("target").join(format!("{name}-actual.png"));
+        let actual = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-actual.png"));
         picture.save_png(&actual).unwrap();
         panic!(
             "{name} differs from {}: by {mean:.2} codes on the mean, by more than 40 in {far} pixels; the picture is {}. \

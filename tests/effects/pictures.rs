@@ -94,8 +94,8 @@ fn check(name: &str, picture: &Picture) -> Result<(), String> {
     if beyond == 0 && lean.abs() <= 1.0 {
         return Ok(());
     }
-    let actual = folder("target").join(format!("{name}-actual.png"));
-    let marked = folder("target").join(format!("{name}-difference.png"));
+    let actual = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-actual.png"));
+    let marked = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-difference.png"));
     picture.save_png(&actual).and_then(|()| difference.save_png(&marked)).map_err(|error| error.to_string())?;
     Err(format!(
         "{name} is not {}: {beyond} pixels are beyond the range of those around, and codes are {lean:+.2} off on the mean. \
