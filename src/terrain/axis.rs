@@ -48,8 +48,7 @@ impl Axis {
 
     /// Parameters at which the ray enters and leaves the map.
     pub(super) fn range(&self) -> [f64; 2] {
-        let (a, b) = (self.line(0.0), self.line(f64::from(self.cells)));
-        if self.forward { [a, b] } else { [b, a] }
+        self.across(0.0, f64::from(self.cells))
     }
 
     /// The parameters at which the ray enters and leaves what is between line `x` and the one `size` further.

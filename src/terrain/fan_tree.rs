@@ -121,7 +121,7 @@ pub(super) struct SelectedFan {
     /// North-west corner.
     pub(super) corner: [u32; 2],
     /// The patch has 2^shift cells a side.
-    pub(super) shift: u8,
+    shift: u8,
     level: u8,
 }
 
@@ -178,15 +178,8 @@ impl FanTree {
         let (top, range) = maker.add([0, 0], shift, None);
         let Maker { whole, fans, mixed, single, .. } = maker;
         // Those of fans first.
-        let number = |made: Made| match made {
-            Made::Whole(i) => i,
-            Made::Mixed(i) => i + whole.len() as u32,
-        };
-        let square = |of: MadeSquare| match of {
-            MadeSquare::Block(made) => Square::Block(number(made)),
-            MadeSquare::Fan(i) => Square::Fan(i),
-            MadeSquare::BeyondMap => Square::BeyondMap,
-        };
+        let number = |block| if block & MIXED == 0 { block } else { (block & !MIXED) + whole.len() as u32 };
+        let square = |square| if let Square::Block(block) = square { Square::Block(number(block)) } else { square };
         Self {
             top: number(top),
             bounds: whole.iter().copied().chain(mixed.iter().map(|(bounds, _)| *bounds)).collect(),
@@ -242,28 +235,17 @@ struct Maker<'t> {
     selection: &'t Selection,
     whole: Vec<Bounds>,
     fans: Vec<SelectedFan>,
-    mixed: Vec<(Bounds, [MadeSquare; SIDE * SIDE])>,
+    mixed: Vec<(Bounds, [Square; SIDE * SIDE])>,
     single: Vec<SelectedFan>,
 }
 
-/// The number of a block among its like.
-#[derive(Clone, Copy)]
-enum Made {
-    Whole(u32),
-    Mixed(u32),
-}
-
-#[derive(Clone, Copy)]
-enum MadeSquare {
-    Block(Made),
-    Fan(u32),
-    BeyondMap,
-}
+/// Marks the number of a mixed block while they are made: that among its like, as it is for those of fans.
+const MIXED: Block = 1 << 31;
 
 impl Maker<'_> {
     /// Adds the block of squares with 2^shift cells a side whose north-west square has this column and row, and all below. It lies
     /// within a split patch, or over the roots. Returns its number and the range of its fans.
-    fn add(&mut self, [west, north]: [u32; 2], shift: u32, around: Option<PatchId>) -> (Made, [f32; 2]) {
+    fn add(&mut self, [west, north]: [u32; 2], shift: u32, around: Option<PatchId>) -> (Block, [f32; 2]) {
         let [columns, rows] = self.tree.cells().map(|cells| cells.div_ceil(1 << shift));
         let (columns, rows) = (west..(west + SIDE as u32).min(columns), north..(north + SIDE as u32).min(rows));
         let squares = rows.flat_map(|row| columns.clone().map(move |column| [column, row]));
@@ -280,22 +262,22 @@ impl Maker<'_> {
             }
             self.fans.extend(fans);
             self.whole.push(bounds);
-            Made::Whole(self.whole.len() as u32 - 1)
+            self.whole.len() as u32 - 1
         } else {
             // Before those below it: the upper ones are near each other.
             let place = self.mixed.len();
-            let mut squares = [MadeSquare::BeyondMap; SIDE * SIDE];
+            let mut squares = [Square::BeyondMap; SIDE * SIDE];
             self.mixed.push((bounds, squares));
             for &(square, (patch, active)) in &over {
                 let (made, range) = match patch {
                     Some(patch) if active => {
                         let fan = self.fan(patch);
                         self.single.push(fan);
-                        (MadeSquare::Fan(self.single.len() as u32 - 1), fan.range())
+                        (Square::Fan(self.single.len() as u32 - 1), fan.range())
                     }
                     _ => {
                         let (block, range) = self.add(square.map(|i| i << BITS), shift - BITS, patch);
-                        (MadeSquare::Block(block), range)
+                        (Square::Block(block), range)
                     }
                 };
                 if let Some(place) = squares.get_mut(number(square)) {
@@ -306,7 +288,7 @@ impl Maker<'_> {
             if let Some(place) = self.mixed.get_mut(place) {
                 *place = (bounds, squares);
             }
-            Made::Mixed(place as u32)
+            place as u32 | MIXED
         };
         (made, bounds.range())
     }
@@ -477,19 +459,16 @@ mod tests {
 
     use super::super::generate::generate;
     use super::super::parts::Resolutions;
+    use super::super::random::bits;
     use super::super::selection::{LodEye, Precision};
     use super::*;
 
-    /// Numbers from 0 to 1 (splitmix64).
+    /// Numbers from 0 to 1.
     struct Rng(u64);
 
     impl Rng {
         fn unit(&mut self) -> f64 {
-            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let mut z = self.0;
-            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+            (bits(&mut self.0) >> 11) as f64 / (1u64 << 53) as f64
         }
 
         fn one_of<T: Copy>(&mut self, list: &[T]) -> T {

@@ -45,3 +45,16 @@ pub use pixel_error::{LatticeView, PixelError, PixelProjection};
 pub use pyramid::MinMaxPyramid;
 pub use selection::{ActivePatch, Demand, Full, LodEye, Metric, Precision, Selection, side_vertices};
 pub use shadow::{LatticeLight, ShadowMap};
+
+/// Random numbers for tests.
+#[cfg(test)]
+mod random {
+    /// splitmix64
+    pub(super) fn bits(state: &mut u64) -> u64 {
+        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = *state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+}

@@ -560,16 +560,7 @@ impl Urgency for Precision {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::terrain::{Resolutions, Voids, generate, parts_of};
-
-    /// splitmix64
-    fn bits(state: &mut u64) -> u64 {
-        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = *state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
+    use crate::terrain::{Resolutions, Voids, generate, parts_of, random::bits};
 
     fn noise(columns: u32, rows: u32) -> HeightField {
         let mut state = u64::from(columns * 1000 + rows);

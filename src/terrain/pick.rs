@@ -591,7 +591,7 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
         }
         // No triangle rises by more than the range of heights over half the patch, along either axis.
         let [low, high] = fan.range().map(f64::from);
-        self.follow((fan, 4.0 * square.scale * (high - low)), &ends)
+        self.follow(fan, 4.0 * square.scale * (high - low), &ends)
     }
 
     /// The fan of a patch that is wholly on the map.
@@ -660,23 +660,15 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
         for (place, cut) in ends.iter_mut().skip(1).zip(cuts).take(count) {
             *place = cut;
         }
-        let sign = f64::from(self.sign.now);
-        if ends.iter().all(|&(_, f)| f * sign > 0.0) {
-            self.sign.zero_since = None;
-            self.last = Some(selected);
-            return true;
-        }
         let rises = Side::ALL.map(|side| fan.gradient(side)).map(|[gu, gv]| gu.abs() + gv.abs());
-        self.follow((selected, rises.into_iter().fold(0.0, larger)), &ends)
+        self.follow(selected, rises.into_iter().fold(0.0, larger), &ends)
     }
 
     /// A vertical ray meets the surface once.
     fn vertical(&mut self) {
         let fans = self.surface.fans;
         let (o, d) = (self.ray.origin, self.ray.direction.z);
-        // The lines are measured from the middle of the cell.
-        let cell = [self.u.from as u32, self.v.from as u32];
-        let Some(fan) = fans.fan_at(cell) else { return };
+        let Some(fan) = fans.fan_at(self.cell(0.0)) else { return };
         let facet = self.facet(fan, 0.0);
         let t = (facet.height(o.x, o.y) - o.z) / d;
         if t >= self.ray.near && t <= self.ray.far {
@@ -688,7 +680,7 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
     /// leaves it, with f there; beyond the last there may be copies of it. For `rise` see [`Walk::is_in_doubt`].
     #[cold]
     #[inline(never)]
-    fn follow(&mut self, (fan, rise): (&'t SelectedFan, f64), ends: &[(f64, f64)]) -> bool {
+    fn follow(&mut self, fan: &'t SelectedFan, rise: f64, ends: &[(f64, f64)]) -> bool {
         let Some(&(mut before)) = ends.first() else { return true };
         for (i, &(t, f)) in ends.iter().enumerate() {
             let (t0, f0) = before;
