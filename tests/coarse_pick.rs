@@ -193,6 +193,28 @@ fn along_a_border_of_patches_each_is_looked_at_in_its_turn() {
     assert!(hits > 5000, "{hits}");
 }
 
+/// Where nothing is split one patch fills the map, and the block at the top: it was looked at anew for each quarter of that.
+#[test]
+fn a_patch_that_fills_the_whole_map_is_looked_at_once() {
+    let mut rng = Rng(8);
+    let mut twice = 0;
+    for size in [17, 33, 65, 129] {
+        let noise = (0..size * size).map(|_| (rng.bits() >> 48) as u16).collect();
+        let field = HeightField::from_u16(size, size, noise, Voids::default()).unwrap();
+        let eye = LodEye::Point { u: 1e6, v: 0.0, height: 0.0 };
+        let scene = Scene::new(field, Resolutions::new(2, 2).unwrap(), Some(Precision { precision: 1e-9, eye }));
+        assert_eq!(scene.selection.patches(&scene.tree).count(), 1);
+        let extent = DVec3::new(f64::from(size - 1), f64::from(size - 1), 65535.0);
+        for _ in 0..4000 {
+            let mut place = || DVec3::new(rng.range(0.0, 1.0), rng.range(0.0, 1.0), rng.range(0.0, 1.0)) * extent;
+            let (from, to) = (place(), place());
+            let ray = LatticeRay { origin: from, direction: to - from, near: 0.0, far: f64::INFINITY };
+            twice += usize::from(agreed(&scene, &ray).len() == 2);
+        }
+    }
+    assert!(twice > 50, "{twice}");
+}
+
 /// Every picked point is where it says, and the full-resolution surface is within the bound that the hit carries.
 #[test]
 fn hits_carry_a_true_bound() {

@@ -48,14 +48,15 @@ impl Axis {
 
     /// Parameters at which the ray enters and leaves the map.
     pub(super) fn range(&self) -> [f64; 2] {
-        self.across(0.0, f64::from(self.cells))
+        self.across(0, self.cells)
     }
 
-    /// The parameters at which the ray enters and leaves what is between line `x` and the one `size` further.
+    /// The parameters at which the ray enters and leaves what is between line `i` and the one `size` further.
     #[inline(always)]
-    pub(super) fn across(&self, x: f64, size: f64) -> [f64; 2] {
-        let (a, b) = (self.line(x), self.line(x + size));
-        if self.forward { [a, b] } else { [b, a] }
+    pub(super) fn across(&self, i: u32, size: u32) -> [f64; 2] {
+        // Numbers are chosen rather than parameters: without a branch, which could not be foreseen.
+        let back = if self.forward { 0 } else { size };
+        [self.line(f64::from((i + back) as i32)), self.line(f64::from((i + size - back) as i32))]
     }
 
     /// The line through which the ray leaves block `i` of a size, and the step to the next.

@@ -2,7 +2,8 @@
 //!
 //! A tree of blocks of four by four squares, whatever the patches' own branching: a square is a patch, a part of a larger one, or
 //! a block of smaller ones. With each goes the range of heights of the fans below, which is much tighter than that of the ground:
-//! most patches are passed without a look at their fan.
+//! most patches are passed without a look at their fan. It is there in the order of each [`View`], so that the way a ray takes is no
+//! question for the walk.
 //!
 //! # All squares at a time
 //!
@@ -32,7 +33,7 @@
 //! but f64 does not know any more where it passes.
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
-use glam::{Vec4, Vec4Swizzles};
+use glam::Vec4;
 
 use super::axis::Axis;
 use super::height_field::HeightField;
@@ -50,18 +51,18 @@ pub(super) const LEVELS: usize = 24 / BITS as usize + 1;
 
 /// The fans of a selection: what a coarse pick walks through. Made once for a selection, shared by all its picks.
 ///
-/// Heights are samples, which f32 holds exactly. 32 bytes for each fan, and 128 (where not all squares are fans 256) for a block.
+/// Heights are samples, which f32 holds exactly. 32 bytes for each fan, and 512 (where not all squares are fans 640) for a block.
 #[derive(Debug)]
 pub struct FanTree {
     top: Block,
-    /// Of all blocks, first of those of sixteen fans, which most are.
+    /// As each of the [`View`]s has them, block by block: first of those that are not made of sixteen fans.
     bounds: Vec<Bounds>,
-    /// The fans of those, one block after the other: there is no number to fetch first.
-    fans: Vec<SelectedFan>,
-    /// What the other blocks are made of.
-    mixed: Vec<[Square; SIDE * SIDE]>,
-    /// The fans among those.
+    /// What those are made of.
+    squares: Vec<Square>,
+    /// The fans among that.
     single: Vec<SelectedFan>,
+    /// The fans of the other blocks, which most are. There is no number to fetch first.
+    fans: Vec<SelectedFan>,
     /// The squares of the block at the top have 2^shift cells a side.
     shift: u32,
     /// Smallest and largest height of all fans.
@@ -70,26 +71,52 @@ pub struct FanTree {
     pub(super) step_limit: u32,
 }
 
-/// The largest heights of sixteen squares, row by row, and those of the surface upside down: the smallest, negated. Squares beyond
-/// the map are empty: no ray comes near.
+/// The largest heights of the sixteen squares of a block as one of the [`View`]s has them, in the order in which rays pass them. Squares
+/// beyond the map are empty: no ray comes near.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-struct Bounds([[[f32; SIDE]; SIDE]; 2]);
+struct Bounds([[f32; SIDE]; SIDE]);
+
+/// Smallest and largest height of each square of a block, row by row.
+type Ranges = [[f32; 2]; SIDE * SIDE];
+
+/// Those of a block of nothing.
+const EMPTY: Ranges = [[f32::INFINITY, f32::NEG_INFINITY]; SIDE * SIDE];
 
 impl Bounds {
-    const EMPTY: Self = Self([[[f32::NEG_INFINITY; SIDE]; SIDE]; 2]);
-
-    fn set(&mut self, square: usize, [low, high]: [f32; 2]) {
-        let Self([upright, upside_down]) = self;
-        let (upright, upside_down) = (upright.as_flattened_mut(), upside_down.as_flattened_mut());
-        if let (Some(upright), Some(upside_down)) = (upright.get_mut(square), upside_down.get_mut(square)) {
-            (*upright, *upside_down) = (high, -low);
+    fn new(ranges: &Ranges, view: View) -> Self {
+        let mut bounds = [[f32::NEG_INFINITY; SIDE]; SIDE];
+        for (square, &[low, high]) in ranges.iter().enumerate() {
+            if let Some(bound) = bounds.as_flattened_mut().get_mut(view.number(square)) {
+                *bound = if view.is_upside_down() { -low } else { high };
+            }
         }
+        Self(bounds)
+    }
+}
+
+/// How a ray sees blocks: a bit for going west, one for going north, and one for seeing the surface from below. Then all is upside
+/// down: the largest heights are the smallest, negated.
+#[derive(Debug, Clone, Copy)]
+struct View(usize);
+
+impl View {
+    /// So many there are.
+    const ALL: usize = 8;
+
+    #[inline(always)]
+    fn new(east: bool, south: bool, above: bool) -> Self {
+        Self(usize::from(!east) | usize::from(!south) << 1 | usize::from(!above) << 2)
     }
 
-    fn range(&self) -> [f32; 2] {
-        let [high, low] = self.0.map(|bounds| bounds.into_iter().flatten().fold(f32::NEG_INFINITY, larger));
-        [-low, high]
+    fn is_upside_down(self) -> bool {
+        self.0 & 0b100 != 0
+    }
+
+    /// The number of a square, row by row, when they are counted in the order in which rays pass them; and the other way round.
+    #[inline(always)]
+    fn number(self, square: usize) -> usize {
+        square ^ ((self.0 & 1) * 0b0011 | (self.0 >> 1 & 1) * 0b1100)
     }
 }
 
@@ -177,13 +204,14 @@ impl FanTree {
         };
         let (top, range) = maker.add([0, 0], shift, None);
         let Maker { whole, fans, mixed, single, .. } = maker;
-        // Those of fans first.
-        let number = |block| if block & MIXED == 0 { block } else { (block & !MIXED) + whole.len() as u32 };
+        // Those of fans last.
+        let number = |block| if block & MIXED == 0 { block + mixed.len() as u32 } else { block & !MIXED };
         let square = |square| if let Square::Block(block) = square { Square::Block(number(block)) } else { square };
+        let ranges = mixed.iter().map(|(ranges, _)| ranges).chain(&whole);
         Self {
             top: number(top),
-            bounds: whole.iter().copied().chain(mixed.iter().map(|(bounds, _)| *bounds)).collect(),
-            mixed: mixed.iter().map(|(_, squares)| squares.map(square)).collect(),
+            bounds: ranges.flat_map(|ranges| (0..View::ALL).map(|view| Bounds::new(ranges, View(view)))).collect(),
+            squares: mixed.iter().flat_map(|(_, squares)| squares.map(square)).collect(),
             fans,
             single,
             shift,
@@ -196,21 +224,18 @@ impl FanTree {
     #[must_use]
     pub fn bytes(&self) -> usize {
         let fans = size_of_val(self.fans.as_slice()) + size_of_val(self.single.as_slice());
-        fans + size_of_val(self.bounds.as_slice()) + size_of_val(self.mixed.as_slice())
+        fans + size_of_val(self.bounds.as_slice()) + size_of_val(self.squares.as_slice())
     }
 
     /// What a square of a block is.
     #[inline(always)]
     pub(super) fn below(&self, block: Block, square: usize) -> Below<'_> {
-        let block = block as usize;
-        if let Some(fan) = self.fans.get(block * (SIDE * SIDE) + square) {
-            return Below::Fan(fan);
-        }
-        let squares = self.mixed.get(block.wrapping_sub(self.fans.len() / (SIDE * SIDE)));
-        match squares.and_then(|squares| squares.get(square)) {
+        let i = block as usize * (SIDE * SIDE) + square;
+        match self.squares.get(i) {
             Some(&Square::Block(block)) => Below::Block(block),
             Some(&Square::Fan(i)) => self.single.get(i as usize).map_or(Below::Nothing, Below::Fan),
-            Some(Square::BeyondMap) | None => Below::Nothing,
+            Some(Square::BeyondMap) => Below::Nothing,
+            None => self.fans.get(i.wrapping_sub(self.squares.len())).map_or(Below::Nothing, Below::Fan),
         }
     }
 
@@ -233,9 +258,9 @@ struct Maker<'t> {
     field: &'t HeightField,
     tree: &'t Hierarchy,
     selection: &'t Selection,
-    whole: Vec<Bounds>,
+    whole: Vec<Ranges>,
     fans: Vec<SelectedFan>,
-    mixed: Vec<(Bounds, [Square; SIDE * SIDE])>,
+    mixed: Vec<(Ranges, [Square; SIDE * SIDE])>,
     single: Vec<SelectedFan>,
 }
 
@@ -251,23 +276,24 @@ impl Maker<'_> {
         let squares = rows.flat_map(|row| columns.clone().map(move |column| [column, row]));
         let over: Vec<_> = squares.map(|square| (square, self.patch_over(square, shift, around))).collect();
         let number = |[column, row]: [u32; 2]| (row - north) as usize * SIDE + (column - west) as usize;
-        let mut bounds = Bounds::EMPTY;
+        let mut ranges = EMPTY;
         let made = if over.iter().all(|(_, (_, active))| *active) {
             let mut fans = [SelectedFan::NONE; SIDE * SIDE];
             for &(square, (patch, _)) in &over {
-                if let (Some(patch), Some(place)) = (patch, fans.get_mut(number(square))) {
-                    *place = self.fan(patch);
-                    bounds.set(number(square), place.range());
+                let i = number(square);
+                if let (Some(patch), Some(fan), Some(range)) = (patch, fans.get_mut(i), ranges.get_mut(i)) {
+                    *fan = self.fan(patch);
+                    *range = fan.range();
                 }
             }
             self.fans.extend(fans);
-            self.whole.push(bounds);
+            self.whole.push(ranges);
             self.whole.len() as u32 - 1
         } else {
             // Before those below it: the upper ones are near each other.
             let place = self.mixed.len();
             let mut squares = [Square::BeyondMap; SIDE * SIDE];
-            self.mixed.push((bounds, squares));
+            self.mixed.push((ranges, squares));
             for &(square, (patch, active)) in &over {
                 let (made, range) = match patch {
                     Some(patch) if active => {
@@ -280,17 +306,19 @@ impl Maker<'_> {
                         (Square::Block(block), range)
                     }
                 };
-                if let Some(place) = squares.get_mut(number(square)) {
-                    *place = made;
-                    bounds.set(number(square), range);
+                let i = number(square);
+                if let (Some(place), Some(bounds)) = (squares.get_mut(i), ranges.get_mut(i)) {
+                    (*place, *bounds) = (made, range);
                 }
             }
             if let Some(place) = self.mixed.get_mut(place) {
-                *place = (bounds, squares);
+                *place = (ranges, squares);
             }
             place as u32 | MIXED
         };
-        (made, bounds.range())
+        let [first, ..] = ranges;
+        let range = ranges.iter().fold(first, |[low, high], &[l, h]| [smaller(low, l), larger(high, h)]);
+        (made, range)
     }
 
     /// The smallest patch that is not smaller than a square in which it lies, and whether it is active; if not it is split. `None`
@@ -327,7 +355,7 @@ impl Maker<'_> {
 /// columns, or otherwise to smaller ones, `SOUTH` to larger rows, and `DOWN`: it is nearest to what is below it where it leaves a
 /// square, not where it enters it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Course<const EAST: bool, const SOUTH: bool, const DOWN: bool> {
+pub(super) struct Course<const DOWN: bool> {
     u: Along,
     v: Along,
     /// When the ray ends: like all that says "when", in steps of one cell along its longer axis, after it has started.
@@ -336,7 +364,7 @@ pub(super) struct Course<const EAST: bool, const SOUTH: bool, const DOWN: bool> 
     height: f32,
     slope: f32,
     /// Which of the [`Bounds`] it looks at.
-    side: usize,
+    view: View,
 }
 
 /// One axis of a [`Course`].
@@ -354,15 +382,22 @@ pub(super) struct Visit {
     pub(super) block: Block,
     /// The squares that are still to be looked at, a bit for each.
     open: u32,
-    /// When the ray crosses the first line of columns, and of rows.
-    enter: [f32; 2],
+    /// When the ray enters its columns, and its rows.
+    enter: [[f32; SIDE]; 2],
     /// Size of the squares in cells.
     pub(super) size: f32,
 }
 
 impl Visit {
     /// None.
-    pub(super) const NONE: Self = Self { block: 0, open: 0, enter: [0.0; 2], size: 0.0 };
+    pub(super) const NONE: Self = Self { block: 0, open: 0, enter: [[0.0; SIDE]; 2], size: 0.0 };
+
+    /// The patch that fills a square fills others beside it, `parts` a side: they need not be looked at any more.
+    #[inline(always)]
+    pub(super) fn skip(&mut self, square: usize, parts: u32) {
+        // A patch is larger than that only where there is no block above: at the top, all of which it fills.
+        self.open &= if parts == 2 { !(0b0011_0011 << (square & 0b1010)) } else { 0 };
+    }
 
     /// The next square of those to be looked at. They are counted in the order in which the ray passes them.
     #[inline(always)]
@@ -373,7 +408,7 @@ impl Visit {
     }
 }
 
-impl<const EAST: bool, const SOUTH: bool, const DOWN: bool> Course<EAST, SOUTH, DOWN> {
+impl<const DOWN: bool> Course<DOWN> {
     /// The course of a ray, whose range is clipped to the map, from `start` on; and the block at the top.
     #[inline(always)]
     pub(super) fn new(tree: &FanTree, ray: &LatticeRay, [u, v]: [&Axis; 2], start: f64, above: bool) -> (Self, Visit) {
@@ -381,14 +416,14 @@ impl<const EAST: bool, const SOUTH: bool, const DOWN: bool> Course<EAST, SOUTH, 
         let pace = larger(u.direction.abs(), v.direction.abs());
         let size = (1u32 << tree.shift) as f32;
         let side = f64::from(size) * SIDE as f64;
-        let along = |axis: &Axis, forward: bool| {
+        let along = |axis: &Axis| {
             let place = axis.from + axis.direction * start;
             let margin = side * 2f64.powi(-18) + axis.from.abs() * 2f64.powi(-49);
             let cell = smaller(axis.inverse.abs() * pace, 2f64.powi(60));
-            let before = if forward { place } else { side - place };
+            let before = if axis.forward { place } else { side - place };
             (Along { cell: cell as f32, margin: (2.0 * margin * cell) as f32 }, (-(before + margin) * cell) as f32)
         };
-        let ((u_along, enter_u), (v_along, enter_v)) = (along(u, EAST), along(v, SOUTH));
+        let ((u_along, enter_u), (v_along, enter_v)) = (along(u), along(v));
         let end = ((ray.far - start) * pace + side * 2f64.powi(-18)) as f32;
         let (o, d) = (ray.origin.z, ray.direction.z);
         let (height, slope) = (o + d * start, d * smaller(u.inverse.abs(), v.inverse.abs()));
@@ -400,26 +435,23 @@ impl<const EAST: bool, const SOUTH: bool, const DOWN: bool> Course<EAST, SOUTH, 
         // Beyond f32 it is never clear.
         let finite = height.is_finite() && slope.is_finite();
         let (height, slope) = if finite { (height, slope) } else { (f32::MIN, 0.0) };
-        let course = Self { u: u_along, v: v_along, end, height, slope, side: usize::from(!above) };
+        let course = Self { u: u_along, v: v_along, end, height, slope, view: View::new(u.forward, v.forward, above) };
         (course, course.visit(tree, tree.top, [enter_u, enter_v], size))
     }
 
     /// A block that is a square of another.
     #[inline(always)]
     pub(super) fn below(&self, tree: &FanTree, around: &Visit, square: usize, block: Block) -> Visit {
-        const NUMBERS: [f32; SIDE] = [0.0, 1.0, 2.0, 3.0];
-        let [column, row] = [square % SIDE, square / SIDE % SIDE].map(|i| NUMBERS.get(i).copied().unwrap_or(0.0));
-        let [u, v] = around.enter;
-        let enter = [u + column * (around.size * self.u.cell), v + row * (around.size * self.v.cell)];
+        let ([u, v], at) = (around.enter, |times: [f32; SIDE], i: usize| times.get(i % SIDE).copied().unwrap_or(0.0));
+        let enter = [at(u, square), at(v, square / SIDE)];
         self.visit(tree, block, enter, around.size * (1.0 / SIDE as f32))
     }
 
     /// The squares of a block that the ray passes, and where it is not clear of all below it.
     #[inline(always)]
     fn visit(&self, tree: &FanTree, block: Block, enter: [f32; 2], size: f32) -> Visit {
-        let mut visit = Visit { block, open: 0, enter, size };
-        let Some(bounds) = tree.bounds.get(block as usize).and_then(|bounds| bounds.0.get(self.side)) else {
-            return visit;
+        let Some(&Bounds([a, b, c, d])) = tree.bounds.get(block as usize * View::ALL + self.view.0) else {
+            return Visit::NONE;
         };
         // When it enters four columns or rows, and when it leaves them.
         let across = |along: &Along, enter: f32| {
@@ -429,27 +461,25 @@ impl<const EAST: bool, const SOUTH: bool, const DOWN: bool> Course<EAST, SOUTH, 
         };
         let [enter_u, enter_v] = enter;
         let ((enter_u, leave_u), (enter_v, leave_v)) = (across(&self.u, enter_u), across(&self.v, enter_v));
+        let enter = [enter_u.to_array(), enter_v.to_array()];
         let (enter_v, leave_v) = (enter_v.max(Vec4::ZERO), leave_v.min(Vec4::splat(self.end)));
         let (height, slope) = (Vec4::splat(self.height), Vec4::splat(self.slope));
         let row = |enter: f32, leave: f32, bounds: [f32; SIDE]| {
             let (enter, leave) = (enter_u.max(Vec4::splat(enter)), leave_u.min(Vec4::splat(leave)));
             let lowest = if DOWN { leave } else { enter } * slope + height;
-            let bounds = Vec4::from_array(bounds);
-            (enter.cmple(leave) & lowest.cmple(if EAST { bounds } else { bounds.wzyx() })).bitmask()
+            (enter.cmple(leave) & lowest.cmple(Vec4::from_array(bounds))).bitmask()
         };
-        let [a, b, c, d] = *bounds;
-        let [a, b, c, d] = if SOUTH { [a, b, c, d] } else { [d, c, b, a] };
-        visit.open = row(enter_v.x, leave_v.x, a)
+        let open = row(enter_v.x, leave_v.x, a)
             | row(enter_v.y, leave_v.y, b) << 4
             | row(enter_v.z, leave_v.z, c) << 8
             | row(enter_v.w, leave_v.w, d) << 12;
-        visit
+        Visit { block, open, enter, size }
     }
 
     /// The number of a square in its block: a visit counts them in the order in which the ray passes them.
     #[inline(always)]
-    pub(super) fn number(square: usize) -> usize {
-        square ^ (if EAST { 0 } else { 0b0011 } | if SOUTH { 0 } else { 0b1100 })
+    pub(super) fn number(&self, square: usize) -> usize {
+        self.view.number(square)
     }
 }
 
@@ -485,10 +515,10 @@ mod tests {
     }
 
     /// Judges the answer for a block, and those for all below it, by f64.
-    fn judge<const EAST: bool, const SOUTH: bool, const DOWN: bool>(
+    fn judge<const DOWN: bool>(
         tree: &FanTree,
-        course: &Course<EAST, SOUTH, DOWN>,
-        visit: Visit,
+        course: &Course<DOWN>,
+        visit: &Visit,
         corner: [f64; 2],
         (ray, axes, start, above): (&LatticeRay, &[Axis; 2], f64, bool),
         count: &mut Count,
@@ -496,12 +526,14 @@ mod tests {
         let size = f64::from(visit.size);
         let open = visit.open;
         for square in 0..16 {
-            let number = Course::<EAST, SOUTH, DOWN>::number(square);
+            let number = course.number(square);
             let place = [corner[0] + (number % 4) as f64 * size, corner[1] + (number / 4) as f64 * size];
-            let [[enter_u, leave_u], [enter_v, leave_v]] = [0, 1].map(|i| axes[i].across(place[i], size));
+            let [[enter_u, leave_u], [enter_v, leave_v]] =
+                [0, 1].map(|i| axes[i].across(place[i] as u32, visit.size as u32));
             let (enter, leave) = (enter_u.max(enter_v).max(start), leave_u.min(leave_v).min(ray.far));
-            let [high, low] =
-                tree.bounds[visit.block as usize].0.map(|bounds| f64::from(bounds[number / 4][number % 4]));
+            let [high, low] = [View(0), View(4)]
+                .map(|view| tree.bounds[visit.block as usize * 8 + view.0].0)
+                .map(|bounds| f64::from(bounds[number / 4][number % 4]));
             let heights = [enter, leave].map(|t| ray.origin.z + ray.direction.z * t);
             let near = if above { heights[0].min(heights[1]) <= high } else { heights[0].max(heights[1]) >= -low };
             let named = open >> square & 1 != 0;
@@ -517,8 +549,8 @@ mod tests {
                 count.rest += 1;
             }
             if let Below::Block(block) = tree.below(visit.block, number) {
-                let below = course.below(tree, &visit, square, block);
-                judge(tree, course, below, place, (ray, axes, start, above), count);
+                let below = course.below(tree, visit, square, block);
+                judge(tree, course, &below, place, (ray, axes, start, above), count);
             }
         }
     }
@@ -534,20 +566,14 @@ mod tests {
         }
         let start = near + (far - near) * part;
         let ray = LatticeRay { near, far, ..ray };
-        macro_rules! judge_along {
-            ($($east:literal $south:literal $down:literal),*) => {
-                match (axes[0].forward, axes[1].forward, (d.z <= 0.0) == above) {
-                    $(($east, $south, $down) => {
-                        let (course, top) = Course::<$east, $south, $down>::new(tree, &ray, [&axes[0], &axes[1]], start, above);
-                        judge(tree, &course, top, [0.0; 2], (&ray, &axes, start, above), count);
-                    })*
-                }
-            };
+        let (axes_of, way) = ([&axes[0], &axes[1]], (&ray, &axes, start, above));
+        if (d.z <= 0.0) == above {
+            let (course, top) = Course::<true>::new(tree, &ray, axes_of, start, above);
+            judge(tree, &course, &top, [0.0; 2], way, count);
+        } else {
+            let (course, top) = Course::<false>::new(tree, &ray, axes_of, start, above);
+            judge(tree, &course, &top, [0.0; 2], way, count);
         }
-        judge_along!(
-            true true true, true true false, true false true, true false false,
-            false true true, false true false, false false true, false false false
-        );
     }
 
     #[test]

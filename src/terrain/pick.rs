@@ -25,6 +25,7 @@
 //! at most `columns + rows` of the finest patches ([`Hierarchy::step_limit`]).
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
+use arrayvec::ArrayVec;
 use glam::DVec3;
 
 use super::axis::{Axis, approach};
@@ -320,7 +321,9 @@ impl LatticeRay {
     pub(super) fn tamed(&self) -> Option<(Self, f64)> {
         let Self { origin, mut direction, mut near, mut far } = *self;
         let length = direction.abs().max_element();
-        if !(origin.is_finite() && direction.is_finite() && length > 0.0 && near <= far) {
+        // What is not finite is not even zero times.
+        let nothing = origin * 0.0 + direction * 0.0;
+        if !(nothing.x + nothing.y + nothing.z == 0.0 && length > 0.0 && near <= far) {
             return None;
         }
         let mut unit = 1.0;
@@ -439,16 +442,7 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
         while let Some(t) = from {
             let above = self.sign.now >= 0;
             let down = (self.ray.direction.z <= 0.0) == above;
-            let walked = match (self.u.forward, self.v.forward, down) {
-                (true, true, true) => self.march_on::<true, true, true>(t, above),
-                (true, true, false) => self.march_on::<true, true, false>(t, above),
-                (true, false, true) => self.march_on::<true, false, true>(t, above),
-                (true, false, false) => self.march_on::<true, false, false>(t, above),
-                (false, true, true) => self.march_on::<false, true, true>(t, above),
-                (false, true, false) => self.march_on::<false, true, false>(t, above),
-                (false, false, true) => self.march_on::<false, false, true>(t, above),
-                (false, false, false) => self.march_on::<false, false, false>(t, above),
-            };
+            let walked = if down { self.march_on::<true>(t, above) } else { self.march_on::<false>(t, above) };
             let Ok(next) = walked else { return };
             from = next;
         }
@@ -466,44 +460,43 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
     /// Walks from a parameter on while the ray is above the surface, or below it, or while it is not known which (which is walked
     /// like above). Returns the parameter from which to go on after the sign has changed, `None` after the whole ray.
     #[inline(always)]
-    fn march_on<const EAST: bool, const SOUTH: bool, const DOWN: bool>(
-        &mut self,
-        start: f64,
-        above: bool,
-    ) -> Result<Option<f64>, Stopped> {
+    fn march_on<const DOWN: bool>(&mut self, start: f64, above: bool) -> Result<Option<f64>, Stopped> {
         let fans = self.surface.fans;
-        let (course, mut here) = Course::<EAST, SOUTH, DOWN>::new(fans, &self.ray, [&self.u, &self.v], start, above);
-        // The blocks around this one.
-        let (mut around, mut depth) = ([Visit::NONE; LEVELS], 0usize);
+        let (course, top) = Course::<DOWN>::new(fans, &self.ray, [&self.u, &self.v], start, above);
+        // The block where it is, and before it those around.
+        let mut visits = ArrayVec::<Visit, LEVELS>::new();
+        visits.push(top);
         // How far the fans were looked at without a gap.
         let mut reached = start;
         let mut left = fans.step_limit;
         loop {
+            let Some(here) = visits.last_mut() else { break };
             let Some(square) = here.next() else {
-                depth = depth.wrapping_sub(1);
-                let Some(&up) = around.get(depth) else { break };
-                here = up;
+                visits.pop();
                 continue;
             };
-            let number = Course::<EAST, SOUTH, DOWN>::number(square);
+            let number = course.number(square);
             match fans.below(here.block, number) {
                 Below::Block(block) => {
-                    let below = course.below(fans, &here, square, block);
-                    let Some(up) = around.get_mut(depth) else { break };
-                    *up = here;
-                    depth += 1;
-                    here = below;
+                    let below = course.below(fans, here, square, block);
+                    if visits.try_push(below).is_err() {
+                        break;
+                    }
                 }
                 Below::Fan(fan) => {
                     let [enter, leave] = self.through(fan.corner, fan.size(), start);
-                    // Passed by, or it fills several squares and was looked at before.
-                    if enter >= leave || enter < reached {
+                    if enter >= leave {
                         continue;
                     }
+                    // By a square that the ray does not pass it is not known when it is the turn of a patch that fills several.
                     let size = here.size as u32;
-                    if fan.size() != size && !self.passes(fan.part(size, number), size, start) {
-                        continue;
+                    if fan.size() != size {
+                        if !self.passes(fan.part(size, number), size, start) {
+                            continue;
+                        }
+                        here.skip(square, fan.size() / size);
                     }
+                    debug_assert!(enter >= reached, "fans are looked at in their order");
                     if left == 0 {
                         debug_assert!(false, "a walk visits no fan twice");
                         break;
@@ -532,13 +525,12 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
     /// The parameters between which the ray is in a square, not before `start`: the first is below the second if it passes it.
     #[inline(always)]
     fn through(&self, corner: [u32; 2], size: u32, start: f64) -> [f64; 2] {
-        let ([x, y], size) = (corner.map(f64::from), f64::from(size));
-        let ([enter_u, leave_u], [enter_v, leave_v]) = (self.u.across(x, size), self.v.across(y, size));
+        let [column, row] = corner;
+        let ([enter_u, leave_u], [enter_v, leave_v]) = (self.u.across(column, size), self.v.across(row, size));
         [larger(start, larger(enter_u, enter_v)), smaller(self.ray.far, smaller(leave_u, leave_v))]
     }
 
-    /// Whether the ray passes a square that is part of a patch. Squares that it does not pass may be named beside those that it does:
-    /// by them it is not known when it is the turn of the patch.
+    /// Whether the ray passes a square that is part of a patch. Squares that it does not pass may be named beside those that it does.
     #[inline(never)]
     fn passes(&self, corner: [u32; 2], size: u32, start: f64) -> bool {
         let [enter, leave] = self.through(corner, size, start);
@@ -649,8 +641,8 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
         cuts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         // f at the end of a piece that has another end.
         let end = |t: f64, other: f64| {
-            let p = ray.at(t);
-            (t, p.z - self.clamped_facet(selected, 0.5 * (t + other)).height(p.x, p.y))
+            let (p, middle) = (ray.at(t), ray.at(0.5 * (t + other)));
+            (t, p.z - fan.height(fan.side_at(middle.x, middle.y), p.x, p.y))
         };
         let last = cuts.get(count.wrapping_sub(1)).map_or(near, |cut| cut.0);
         let (first, last) = (end(near, cuts[0].0), end(far, last));
