@@ -116,7 +116,8 @@ impl View {
     /// The number of a square, row by row, when they are counted in the order in which rays pass them; and the other way round.
     #[inline(always)]
     fn number(self, square: usize) -> usize {
-        square ^ ((self.0 & 1) * 0b0011 | (self.0 >> 1 & 1) * 0b1100)
+        let (west, north) = (self.0 & 1, self.0 >> 1 & 1);
+        square ^ (west * 0b0011) ^ (north * 0b1100)
     }
 }
 
@@ -351,8 +352,7 @@ impl Maker<'_> {
 
 /// A ray on its way through blocks, from a parameter on.
 ///
-/// It is above the surface. For one that is below, all is upside down. Where it goes is known when this is compiled: `EAST` to larger
-/// columns, or otherwise to smaller ones, `SOUTH` to larger rows, and `DOWN`: it is nearest to what is below it where it leaves a
+/// It is above the surface. For one that is below, all is upside down. `DOWN`: it is nearest to what is below it where it leaves a
 /// square, not where it enters it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Course<const DOWN: bool> {

@@ -469,8 +469,7 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
         // How far the fans were looked at without a gap.
         let mut reached = start;
         let mut left = fans.step_limit;
-        loop {
-            let Some(here) = visits.last_mut() else { break };
+        while let Some(here) = visits.last_mut() {
             let Some(square) = here.next() else {
                 visits.pop();
                 continue;
@@ -553,7 +552,7 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
     }
 
     /// Looks at a fan over which the ray is between two parameters.
-    // Not eight times within the walks of eight directions.
+    // Within the walk it would need the registers of that.
     #[inline(never)]
     fn fan(&mut self, fan: &'t SelectedFan, [near, far]: [f64; 2]) -> bool {
         let Some(square) = self.whole(fan) else { return self.clamped_fan(fan, [near, far]) };
