@@ -1,8 +1,9 @@
 //! Rays against a map of heights: the exact and the coarse surface beside parry3d's height field and obvhs's wide BVH.
 //!
 //! `cargo bench --bench pick`. All peers get the same maps and rays in one run, on one thread; a table of the figures, the best
-//! of many samples each, comes last. Our exact and coarse surfaces take turns: their ratios are asked for to some percent. Coarse picks go over the finest patches ("leaves"), and over those that a camera
-//! above a corner of the map takes at one pixel of error ("1 px"). Then `pick_many` over a scene, on one core and on two.
+//! of many samples each, comes last. Our exact and coarse surfaces take turns: their ratios are asked for to some percent. Coarse
+//! picks go over the finest patches ("leaves"), and over those that a camera above a corner of the map takes at one pixel of error
+//! ("1 px"). Then `pick_many` over a scene, on one core and on two.
 //! parry3d and obvhs know f32 only: they get the map centred, in metres, y up.
 //! `SEAMOUNT_BENCH_MAPS=1201` or `4097` runs one map alone (the BVH of the larger needs about 10 GB).
 #![allow(missing_docs, reason = "criterion's macros make undocumented functions")]
@@ -241,7 +242,8 @@ fn note(title: String, value: f64) {
 /// A pass over rays: how many hit.
 type Pass<'t> = &'t dyn Fn(&[LatticeRay]) -> usize;
 
-/// Measures our own surfaces on one class: several passes over all rays for each in turns, so that what disturbs one disturbs the others.
+/// Measures our own surfaces on one class: several passes over all rays for each, in turns, so that what disturbs one disturbs the
+/// others.
 fn in_turns<const N: usize>(map: &str, class: &str, rays: &[LatticeRay], surfaces: [(&str, Pass); N]) {
     for _ in 0..ROUNDS {
         for (name, pass) in surfaces {

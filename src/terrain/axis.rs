@@ -54,7 +54,8 @@ impl Axis {
     /// The parameters at which the ray enters and leaves what is between line `i` and the one `size` further.
     #[inline(always)]
     pub(super) fn across(&self, i: u32, size: u32) -> [f64; 2] {
-        // Numbers are chosen rather than parameters: without a branch, which could not be foreseen.
+        // Numbers are chosen rather than parameters: without a branch, which could not be foreseen. They become floats at once: by way
+        // of `number` coarse picks took 5 % longer.
         let back = if self.forward { 0 } else { size };
         [self.line(f64::from((i + back) as i32)), self.line(f64::from((i + size - back) as i32))]
     }

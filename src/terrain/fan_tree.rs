@@ -390,12 +390,12 @@ pub(super) struct Visit {
 
 impl Visit {
     /// None.
-    pub(super) const NONE: Self = Self { block: 0, open: 0, enter: [[0.0; SIDE]; 2], size: 0.0 };
+    const NONE: Self = Self { block: 0, open: 0, enter: [[0.0; SIDE]; 2], size: 0.0 };
 
     /// The patch that fills a square fills others beside it, `parts` a side: they need not be looked at any more.
     #[inline(always)]
     pub(super) fn skip(&mut self, square: usize, parts: u32) {
-        // A patch is larger than that only where there is no block above: at the top, all of which it fills.
+        // More than two only at the top, where there is no block above of which it would be a square: there it fills all.
         self.open &= if parts == 2 { !(0b0011_0011 << (square & 0b1010)) } else { 0 };
     }
 

@@ -321,9 +321,7 @@ impl LatticeRay {
     pub(super) fn tamed(&self) -> Option<(Self, f64)> {
         let Self { origin, mut direction, mut near, mut far } = *self;
         let length = direction.abs().max_element();
-        // What is not finite is not even zero times.
-        let nothing = origin * 0.0 + direction * 0.0;
-        if !(nothing.x + nothing.y + nothing.z == 0.0 && length > 0.0 && near <= far) {
+        if !(origin.is_finite() && direction.is_finite() && length > 0.0 && near <= far) {
             return None;
         }
         let mut unit = 1.0;
