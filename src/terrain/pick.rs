@@ -212,11 +212,11 @@ struct WholeFan {
 impl WholeFan {
     #[inline(always)]
     fn new(fan: &SelectedFan) -> Self {
-        let size = fan.size();
-        let half = f64::from(size) * 0.5;
-        let [u, v] = fan.corner.map(f64::from);
+        let shift = fan.shift() as i32;
+        let half = power(shift - 1);
+        let [u, v] = fan.corner.map(|i| f64::from(i as i32));
         let [nw, ne, se, sw, center] = fan.heights.map(f64::from);
-        Self { scale: inverse_power(size), heights: [nw, ne, se, sw], center: DVec3::new(u + half, v + half, center) }
+        Self { scale: power(-shift), heights: [nw, ne, se, sw], center: DVec3::new(u + half, v + half, center) }
     }
 
     /// The triangle at a distance from the centre.
@@ -418,10 +418,10 @@ impl CoarseSurface<'_> {
     }
 }
 
-/// 1 / 2^k for a power of two, exactly and without a division.
+/// 2^k.
 #[inline(always)]
-fn inverse_power(power: u32) -> f64 {
-    f64::from_bits(u64::from(1023 - power.trailing_zeros()) << 52)
+fn power(k: i32) -> f64 {
+    f64::from_bits(((1023 + k) as u64) << 52)
 }
 
 impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
@@ -476,6 +476,9 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
             match fans.below(here.block, number) {
                 Below::Block(block) => {
                     let below = course.below(fans, here, square, block);
+                    // There is no way back to a block of which no square is left; without a branch, which could not be foreseen.
+                    let done = usize::from(here.is_done());
+                    visits.truncate(visits.len() - done);
                     if visits.try_push(below).is_err() {
                         break;
                     }
@@ -486,12 +489,12 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
                         continue;
                     }
                     // By a square that the ray does not pass it is not known when it is the turn of a patch that fills several.
-                    let size = here.size as u32;
-                    if fan.size() != size {
-                        if !self.passes(fan.part(size, number), size, start) {
+                    let up = fan.shift() - here.shift;
+                    if up != 0 {
+                        if !self.passes(fan.part(here.shift, number), 1 << here.shift, start) {
                             continue;
                         }
-                        here.skip(square, fan.size() / size);
+                        here.skip(square, up);
                     }
                     debug_assert!(enter >= reached, "fans are looked at in their order");
                     if left == 0 {
@@ -570,17 +573,16 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
         let (f0, f1) = (above(near, height(near)), above(far, height(far)));
         let (a, fa) = if a > near && a < far { (a, fa) } else { (far, f1) };
         let (b, fb) = if b > near && b < far { (b, fb) } else { (far, f1) };
-        let ends =
-            if a <= b { [(near, f0), (a, fa), (b, fb), (far, f1)] } else { [(near, f0), (b, fb), (a, fa), (far, f1)] };
         let sign = f64::from(self.sign.now);
         if f0 * sign > 0.0 && fa * sign > 0.0 && fb * sign > 0.0 && f1 * sign > 0.0 {
             self.sign.zero_since = None;
             self.last = Some(fan);
             return true;
         }
+        let ends =
+            if a <= b { [(near, f0), (a, fa), (b, fb), (far, f1)] } else { [(near, f0), (b, fb), (a, fa), (far, f1)] };
         // No triangle rises by more than the range of heights over half the patch, along either axis.
-        let [low, high] = fan.range().map(f64::from);
-        self.follow(fan, 4.0 * square.scale * (high - low), &ends)
+        self.follow(fan, |[low, high]| 4.0 * square.scale * (high - low), &ends)
     }
 
     /// The fan of a patch that is wholly on the map.
@@ -650,7 +652,7 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
             *place = cut;
         }
         let rises = Side::ALL.map(|side| fan.gradient(side)).map(|[gu, gv]| gu.abs() + gv.abs());
-        self.follow(selected, rises.into_iter().fold(0.0, larger), &ends)
+        self.follow(selected, |_| rises.into_iter().fold(0.0, larger), &ends)
     }
 
     /// A vertical ray meets the surface once.
@@ -669,7 +671,12 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
     /// leaves it, with f there; beyond the last there may be copies of it. For `rise` see [`Walk::is_in_doubt`].
     #[cold]
     #[inline(never)]
-    fn follow(&mut self, fan: &'t SelectedFan, rise: f64, ends: &[(f64, f64)]) -> bool {
+    fn follow<const N: usize>(
+        &mut self,
+        fan: &'t SelectedFan,
+        rise: impl Fn([f64; 2]) -> f64,
+        ends: &[(f64, f64); N],
+    ) -> bool {
         let Some(&(mut before)) = ends.first() else { return true };
         for (i, &(t, f)) in ends.iter().enumerate() {
             let (t0, f0) = before;
@@ -681,7 +688,7 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
                 self.sign.zero_since = None;
                 continue;
             }
-            if f == 0.0 || self.sign.turns(f) && self.is_in_doubt(t, f, fan, rise) {
+            if f == 0.0 || self.sign.turns(f) && self.is_in_doubt(t, f, fan, &rise) {
                 let next = || ends.iter().find(|(next, _)| *next > t).map_or(t, |next| next.0);
                 let over = 0.5 * (t + if i == 0 { next() } else { t0 });
                 self.sign.zero_since.get_or_insert(Contact { t, fan, over, wall: None });
@@ -704,17 +711,19 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
     }
 
     /// Whether f has no sign that rounding could not have given it: at a corner or spoke it is computed from several triangles, and
-    /// would change to and fro within the last digits. `rise` bounds |∂w/∂u| + |∂w/∂v| of the fan's triangles.
+    /// would change to and fro within the last digits. `rise` bounds |∂w/∂u| + |∂w/∂v| of the fan's triangles, given the range of its
+    /// heights.
     ///
     /// With ε = 2⁻⁵³: a parameter comes from two differences, a reciprocal and a product, which moves the ray's point by 4 ε of
     /// |o| + |d t| in each axis, and going along the ray by 2 ε more; on the triangle that is as much times its slope. Its own height is off
     /// by 2 ε of the centre's, and by 3 ε of what it rises over the patch's size; o_w + d_w t by 2 ε of its parts. Together less
     /// than 8 ε of their sum.
-    fn is_in_doubt(&self, t: f64, f: f64, fan: &SelectedFan, rise: f64) -> bool {
+    #[inline(always)]
+    fn is_in_doubt(&self, t: f64, f: f64, fan: &SelectedFan, rise: impl Fn([f64; 2]) -> f64) -> bool {
         let (o, d) = (self.ray.origin.abs(), (self.ray.direction * t).abs());
         let size = f64::from(fan.size());
-        let [low, high] = fan.range();
-        let height = f64::from(larger(-low, high));
+        let range = fan.range().map(f64::from);
+        let (height, rise) = (larger(-range[0], range[1]), rise(range));
         f.abs() <= 4.0 * f64::EPSILON * (o.z + d.z + height + rise * (o.x + d.x + o.y + d.y + size))
     }
 
