@@ -215,6 +215,23 @@ fn a_patch_that_fills_the_whole_map_is_looked_at_once() {
     assert!(twice > 50, "{twice}");
 }
 
+/// A ray comes from so far above that what it is above the ground is more than f32 can say, over one that is lower than any other:
+/// the difference was infinite, and so was the way down.
+#[test]
+fn a_ray_whose_height_above_the_ground_is_beyond_f32_comes_down() {
+    let lowest = -1e38f32;
+    let mut heights = vec![lowest; 17 * 17];
+    heights[16 * 17] = -lowest;
+    let field = HeightField::from_f32(17, 17, heights, Voids::default()).unwrap();
+    let scene = Scene::new(field, Resolutions::new(2, 2).unwrap(), None);
+    let highest = -f64::from(lowest);
+    let direction = DVec3::new(1.0, 0.0, -4e37);
+    let ray = LatticeRay { origin: DVec3::new(5.9, 1.5, highest), direction, near: -100.0, far: 100.0 };
+    let hits = agreed(&scene, &ray);
+    assert_eq!(hits.len(), 1, "{hits:?}");
+    assert!((hits[0].t - 2.0 * highest / 4e37).abs() < 1e-9, "{hits:?}");
+}
+
 /// Every picked point is where it says, and the full-resolution surface is within the bound that the hit carries.
 #[test]
 fn hits_carry_a_true_bound() {

@@ -461,7 +461,7 @@ impl<'t, F: FnMut(TerrainHit) -> bool> Walk<'t, F> {
     fn march_on<const DOWN: bool>(&mut self, start: f64, above: bool) -> Result<Option<f64>, Stopped> {
         let fans = self.surface.fans;
         let (course, top) = Course::<DOWN>::new(fans, &self.ray, [&self.u, &self.v], start, above);
-        // The block where it is, and before it those around.
+        // The block where it is, and before it those around of which squares are left.
         let mut visits = ArrayVec::<Visit, LEVELS>::new();
         visits.push(top);
         // How far the fans were looked at without a gap.
