@@ -239,22 +239,21 @@ fn note(title: String, value: f64) {
     }
 }
 
-/// A pass over rays: how many hit.
-type Pass<'t> = &'t dyn Fn(&[LatticeRay]) -> usize;
-
-/// Measures our own surfaces on one class: several passes over all rays for each, in turns, so that what disturbs one disturbs the
-/// others.
-fn in_turns<const N: usize>(map: &str, class: &str, rays: &[LatticeRay], surfaces: [(&str, Pass); N]) {
+/// Passes over all rays: the shortest time of each in seconds, and what it found. Several of each in turns, so that what disturbs one
+/// disturbs the others.
+fn in_turns<R, const N: usize>(passes: [&dyn Fn() -> R; N]) -> [(f64, Option<R>); N] {
+    let mut best = std::array::from_fn(|_| (f64::INFINITY, None));
     for _ in 0..ROUNDS {
-        for (name, pass) in surfaces {
+        for (pass, (seconds, found)) in passes.iter().zip(&mut best) {
             for _ in 0..4 {
                 let start = Instant::now();
-                let hits = pass(black_box(rays));
-                note(format!("{map}|{class}|{name}"), start.elapsed().as_nanos() as f64 / rays.len() as f64);
-                note(format!("{map}|{class}|{name} hits"), hits as f64);
+                let result = pass();
+                *seconds = seconds.min(start.elapsed().as_secs_f64());
+                *found = Some(result);
             }
         }
     }
+    best
 }
 
 /// Measures one peer on one class, a ray per iteration.
@@ -338,7 +337,7 @@ fn measure(c: &mut Criterion, map: &Map) {
     let drawn = DrawnPick { drawn, pyramid: &pyramid };
     for class in CLASSES {
         let rays = map.rays(class);
-        let coarse_pass = |coarse: &CoarseSurface, rays: &[LatticeRay]| {
+        let coarse_pass = |coarse: &CoarseSurface| {
             let hits = |ray: &&LatticeRay| {
                 let mut hit = None;
                 coarse.intersect(black_box(ray), |h| {
@@ -349,12 +348,12 @@ fn measure(c: &mut Criterion, map: &Map) {
             };
             rays.iter().filter(hits).count()
         };
-        let exact_pass =
-            |rays: &[LatticeRay]| rays.iter().filter(|ray| black_box(&exact.first(black_box(ray))).is_some()).count();
-        let (leaves_pass, pixel_pass) =
-            (|rays: &[LatticeRay]| coarse_pass(&coarse, rays), |rays: &[LatticeRay]| coarse_pass(&at_a_pixel, rays));
-        let surfaces: [(&str, Pass); 3] = [("exact", &exact_pass), ("leaves", &leaves_pass), ("1 px", &pixel_pass)];
-        in_turns(map.name, class, &rays, surfaces);
+        let exact_pass = || rays.iter().filter(|ray| black_box(&exact.first(black_box(ray))).is_some()).count();
+        let best = in_turns([&exact_pass, &|| coarse_pass(&coarse), &|| coarse_pass(&at_a_pixel)]);
+        for (name, (seconds, hits)) in ["exact", "leaves", "1 px"].into_iter().zip(best) {
+            note(format!("{}|{class}|{name}", map.name), seconds * 1e9 / rays.len() as f64);
+            note(format!("{}|{class}|{name} hits", map.name), hits.expect("a pass") as f64);
+        }
         time(c, map.name, class, "drawn", &rays, |ray| {
             let mut hit = None;
             drawn.intersect(ray, |h| {
@@ -407,25 +406,17 @@ fn many(map: &Map) {
     for surface in [Surface::Coarse, Surface::Exact] {
         let action = RayPickAction { surface, ..RayPickAction::pixel(0, 0, [1280, 720]) };
         let picker = action.picker(&scene).expect("a picker");
-        let mut hits = [0; 2];
-        // In turns, so that what disturbs one disturbs the other.
-        let mut best = [f64::INFINITY; 2];
-        for _ in 0..ROUNDS {
-            for (k, pool) in pools.iter().enumerate() {
-                for _ in 0..4 {
-                    let start = Instant::now();
-                    let found = pool.install(|| picker.pick_many(&rays, false)).expect("picks");
-                    best[k] = best[k].min(start.elapsed().as_secs_f64());
-                    hits[k] = found.iter().filter(|hits| !hits.is_empty()).count();
-                }
-            }
-        }
-        assert_eq!(hits[0], hits[1]);
+        let pass = |pool: &rayon::ThreadPool| pool.install(|| picker.pick_many(&rays, false)).expect("picks");
+        let best = in_turns([&|| pass(&pools[0]), &|| pass(&pools[1])]);
+        let [one, two] = best.map(|(seconds, found)| {
+            let hits = found.expect("a pass").iter().filter(|hits| !hits.is_empty()).count();
+            (seconds * 1e9 / rays.len() as f64, hits)
+        });
+        assert_eq!(one.1, two.1);
         let name = surface.name();
-        let [one, two] = best.map(|seconds| seconds * 1e9 / rays.len() as f64);
-        note(format!("{}|pick_many, {name}: ns per ray on one core", map.name), one);
-        note(format!("{}|pick_many, {name}: ns per ray on two cores", map.name), two);
-        note(format!("{}|pick_many, {name}: times as fast on two cores", map.name), one / two);
+        note(format!("{}|pick_many, {name}: ns per ray on one core", map.name), one.0);
+        note(format!("{}|pick_many, {name}: ns per ray on two cores", map.name), two.0);
+        note(format!("{}|pick_many, {name}: times as fast on two cores", map.name), one.0 / two.0);
     }
 }
 
